@@ -1,0 +1,152 @@
+"""FIF artifacts: raw, epochs and evokeds, written so that the same data give the same bytes."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hrcneuro.errors import DataError
+
+if TYPE_CHECKING:
+    import mne
+
+# Tags that hold a machine id and the time of writing: file, block, parent and reference ids.
+_ID_TAGS = frozenset({100, 103, 108, 109, 110, 116, 117, 118, 120})
+_ID_BYTES = 20
+_HEADER = struct.Struct(">iIii")
+
+# Scalp EEG after any sensible reading lies between these RMS values, in volts: a factor of a million apart from
+# what microvolts read as volts, or the reverse, would give.
+_RMS_V = (1e-9, 1e-2)
+
+
+def write_raw(raw: mne.io.BaseRaw, path: Path) -> None:
+    """Write a continuous recording in single precision (volts), with the file's identity blanked."""
+    with _quiet():
+        raw.save(path, fmt="single", overwrite=True, verbose="error")
+    _blank_parts(path)
+
+
+def read_raw(path: Path, *, preload: bool = False) -> mne.io.BaseRaw:
+    """Return the recording of a ``*_raw.fif`` artifact (channels × samples, volts).
+
+    Raises:
+        DataError: The file is unreadable or its EEG is not in volts.
+    """
+    import mne
+
+    with _quiet(), _named(path):
+        raw = mne.io.read_raw_fif(path, preload=preload, verbose="error")
+        start = raw.get_data(picks="eeg", start=0, stop=min(raw.n_times, 5000)) if "eeg" in raw else np.zeros((0, 0))
+    check_volts(start, str(path.name))
+    return raw
+
+
+def write_epochs(epochs: mne.BaseEpochs, path: Path) -> None:
+    """Write epochs in single precision (volts), with the file's identity blanked."""
+    with _quiet():
+        epochs.save(path, fmt="single", overwrite=True, verbose="error")
+    _blank_parts(path)
+
+
+def read_epochs(path: Path) -> mne.BaseEpochs:
+    """Return the epochs of a ``*_epo.fif`` artifact (epochs × channels × samples, volts), loaded into memory.
+
+    Raises:
+        DataError: The file is unreadable or its EEG is not in volts.
+    """
+    import mne
+
+    with _quiet(), _named(path):
+        epochs = mne.read_epochs(path, preload=True, verbose="error")
+    check_volts(epochs.get_data(copy=False)[:50], str(path.name))
+    return epochs
+
+
+def write_evokeds(evokeds: Sequence[mne.Evoked], path: Path) -> None:
+    """Write averages (volts), with the file's identity blanked."""
+    import mne
+
+    with _quiet():
+        mne.write_evokeds(path, list(evokeds), overwrite=True, verbose="error")
+    _blank_parts(path)
+
+
+def read_evokeds(path: Path) -> list[mne.Evoked]:
+    """Return the averages of a ``*_ave.fif`` artifact (channels × samples, volts).
+
+    Raises:
+        DataError: The file is unreadable.
+    """
+    import mne
+
+    with _quiet(), _named(path):
+        return mne.read_evokeds(path, verbose="error")
+
+
+def check_volts(data: np.ndarray, name: str) -> None:
+    """Refuse finite, non-zero EEG whose RMS cannot be volts.
+
+    Raises:
+        DataError: The RMS lies outside 1 nV … 10 mV.
+    """
+    data = data[np.isfinite(data)]
+    if not data.size or not np.any(data):
+        return
+    # The median over |x| is not moved by a few contaminated channels; a constant offset is no sign of wrong units.
+    spread = float(np.median(np.abs(data - np.median(data)))) * 1.4826
+    if spread and not _RMS_V[0] / 1e3 <= spread <= _RMS_V[1]:
+        raise DataError(
+            f"{name}: the EEG's spread is {spread:.3g} V; scalp EEG lies below {_RMS_V[1]:g} V",
+            cure="the recording seems to be in microvolts: set its unit (acquire.unit = 'uV') and acquire it again",
+        )
+
+
+class _named:
+    """Turn the many exceptions of a broken file into one DataError that names it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __enter__(self) -> None:
+        if not self.path.is_file():
+            raise DataError(f"{self.path} does not exist", cure="rerun the stage that writes it")
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, OSError | ValueError | RuntimeError | struct.error | KeyError | IndexError | EOFError):
+            raise DataError(
+                f"{self.path.name} cannot be read as FIF: {error}",
+                cure="it is truncated or damaged: rerun the stage that writes it with --force",
+            ) from error
+
+
+def _quiet() -> warnings.catch_warnings:
+    # MNE warns of its naming conventions and of single precision; both are our choice.
+    return warnings.catch_warnings(action="ignore", category=RuntimeWarning)
+
+
+def _blank_parts(path: Path) -> None:
+    for part in sorted(path.parent.glob(f"{path.stem}*.fif")):
+        blank_ids(part)
+
+
+def blank_ids(path: Path) -> None:
+    """Set every id tag of a FIF file to zero, so that machine and time of writing leave no trace in the bytes."""
+    zeros = bytes(_ID_BYTES)
+    with path.open("r+b") as file:
+        while True:
+            at = file.tell()
+            header = file.read(_HEADER.size)
+            if len(header) < _HEADER.size:
+                return
+            kind, _, size, following = _HEADER.unpack(header)
+            if kind in _ID_TAGS and size == _ID_BYTES:
+                file.write(zeros)
+            if following < 0:
+                return
+            file.seek(following if following > 0 else at + _HEADER.size + size)
