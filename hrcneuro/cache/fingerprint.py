@@ -1,0 +1,149 @@
+"""Hashes that decide a key: of values, of files, of code without its comments, and of library versions."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.metadata
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+_CHUNK = 1 << 20
+
+
+def digest(value: Any) -> str:
+    """Return the sha256 of a JSON-able value in canonical form (sorted keys, no blanks)."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+class Memo:
+    """Remembers what was computed from a file while its path, size, mtime and inode stay the same."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.changed = False
+        try:
+            self.known: dict[str, Any] = json.loads(path.read_text())
+        except (OSError, ValueError):
+            self.known = {}
+
+    def get(self, kind: str, path: Path, compute: Any) -> Any:
+        """Return ``compute(path)``, from memory where the file is unchanged."""
+        stat = path.stat()
+        stamp = [stat.st_size, stat.st_mtime_ns, stat.st_ino]
+        name = f"{kind}:{path.absolute()}"
+        entry = self.known.get(name)
+        if entry is None or entry[0] != stamp:
+            entry = self.known[name] = [stamp, compute(path)]
+            self.changed = True
+        return entry[1]
+
+    def save(self) -> None:
+        """Write what is new; a memo that cannot be written only costs time."""
+        if not self.changed:
+            return
+        part = self.path.with_name(f"{self.path.name}.{os.getpid()}")
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            part.write_text(json.dumps(self.known))
+            part.replace(self.path)
+            self.changed = False
+        except OSError:
+            part.unlink(missing_ok=True)
+
+
+def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
+    """Return module name -> hash, for a module and everything it imports from the same package.
+
+    Comments, docstrings and formatting do not enter; imports inside functions count, those under
+    ``if TYPE_CHECKING`` do not.
+    """
+    package = root.name
+    found: dict[str, str] = {}
+    todo = [module]
+    while todo:
+        name = todo.pop()
+        path = _module_path(name, root)
+        if name in found or path is None:
+            continue
+        found[name], imports = memo.get("code", path, lambda p, name=name: read_code(p, name, package))
+        todo += imports
+    return dict(sorted(found.items()))
+
+
+def read_code(path: Path, name: str, package: str) -> tuple[str, list[str]]:
+    """Return a source file's hash and the names that it imports from the package (some may be no modules)."""
+    tree = ast.parse(path.read_bytes())
+    imports = _imports(tree, name if path.name == "__init__.py" else name.rpartition(".")[0])
+    inside = sorted(i for i in imports if i == package or i.startswith(f"{package}."))
+    _strip(tree)
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), [i for i in inside if i != package]
+
+
+def libraries(names: Iterable[str]) -> dict[str, str]:
+    """Return library -> major.minor, with Python itself; ``absent`` where it is not installed."""
+    versions = {"python": ".".join(map(str, sys.version_info[:2]))}
+    for name in names:
+        versions[name] = ".".join(version(name).split(".")[:2])
+    return versions
+
+
+def version(name: str) -> str:
+    """Return an installed distribution's version, or ``absent``."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "absent"
+
+
+def key(parts: Mapping[str, Any]) -> str:
+    """Return the key of named parts: the first 16 hex digits of their sha256."""
+    return digest(parts)[:16]
+
+
+def _module_path(name: str, root: Path) -> Path | None:
+    base = root.parent.joinpath(*name.split("."))
+    for path in (base.with_suffix(".py"), base / "__init__.py"):
+        if path.is_file():
+            return path
+    return None
+
+
+def _imports(tree: ast.AST, folder: str) -> set[str]:
+    names: set[str] = set()
+    todo: list[ast.AST] = [tree]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            todo += node.orelse
+            continue
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                up = folder.split(".")
+                base = ".".join([*up[: len(up) - node.level + 1], *([base] if base else [])])
+            # ``from package import name``: name may be a module, and the package's own file runs too.
+            names |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
+        todo += ast.iter_child_nodes(node)
+    return names | {".".join(n.split(".")[:i]) for n in names for i in range(2, n.count(".") + 1)}
+
+
+def _strip(tree: ast.AST) -> None:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0] if node.body else None
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant) and isinstance(first.value.value, str):
+                node.body = node.body[1:]

@@ -1,0 +1,172 @@
+"""The configuration of a study: TOML -> the stages' frozen Config dataclasses, with every mistake reported at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import stages
+from hrcneuro.coercion import Reader
+from hrcneuro.contract import option
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+_CASES = ("HH", "HR", "RR", "RH")
+
+CONDITIONS = {
+    **{f"{case}_before": f"condition_before == '{case}'" for case in _CASES},
+    **{f"{case}_after": f"condition_after == '{case}'" for case in _CASES},
+    **{f"{case}_after_ok": f"condition_after == '{case}' and not error" for case in _CASES},
+}
+CONTRASTS = {
+    f"{plus}-{minus}_{position}": (f"{plus}_{position}", f"{minus}_{position}")
+    for position in ("before", "after", "after_ok")
+    for plus, minus in (("HR", "HH"), ("RH", "RR"))
+}
+PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}
+
+
+@dataclass(frozen=True)
+class Study:
+    """Who took part, and how the study is divided."""
+
+    name: str = option("ehrlich2023", "name of the study, for the report")
+    subjects: tuple[str, ...] = option(tuple(f"s{i:02d}" for i in range(1, 13)), "the units of the subject stages")
+    exclude: tuple[str, ...] = option(("s07",), "subjects left out of everything after epoch (paper 2.5.1)")
+    split: str = option("scenario", "trial column that splits every analysis; empty for none")
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Tables that several stages read."""
+
+    conditions: dict[str, str] = option(CONDITIONS, "condition -> pandas query on the trial table")
+    contrasts: dict[str, tuple[str, ...]] = option(CONTRASTS, "contrast -> [plus, minus], names of conditions")
+    problems: dict[str, tuple[str, ...]] = option(PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The effective configuration, and where each value came from."""
+
+    study: Study
+    shared: Shared
+    sections: Mapping[str, Any]
+    origins: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def included(self) -> tuple[str, ...]:
+        """Subjects that enter the analyses."""
+        return tuple(s for s in self.study.subjects if s not in self.study.exclude)
+
+
+def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: Path | None = None) -> Settings:
+    """Return the configuration of a file (None: ./hrcneuro.toml, else the paper's) with ``--set`` assignments on top.
+
+    Raises:
+        ConfigError: Anything unknown, of a wrong type, out of range or contradictory; all of it at once.
+        DataError: The file does not exist.
+    """
+    folder = folder or Path.cwd()
+    if path is None and (folder / "hrcneuro.toml").is_file():
+        path = folder / "hrcneuro.toml"
+    layers: list[tuple[Reader, dict[str, Any]]] = []
+    if path is not None:
+        layers.append((Reader(str(path), path.parent), _read_toml(path)))
+    setter = Reader("--set", folder, from_text=True)
+    layers.append((setter, _read_assignments(assignments, setter)))
+
+    parts: dict[str, Any] = {"study": Study(), "shared": Shared()}
+    parts |= {name: stages.load(name).Config() for name in stages.NAMES}
+    origins: dict[str, str] = {}
+    for reader, values in layers:
+        _apply(reader, values, parts, origins)
+    mistakes = [m for reader, _ in layers for m in reader.mistakes]
+    settings = _fill(parts, origins)
+    if not mistakes:
+        mistakes, warnings = _consistency(settings)
+        settings = dataclasses.replace(settings, warnings=tuple(warnings))
+    if mistakes:
+        raise ConfigError(
+            f"{len(mistakes)} mistake{'s' * (len(mistakes) > 1)} in the configuration:\n"
+            + "\n".join(f"  - {m}" for m in mistakes),
+            cure="correct them; 'hrcneuro config show' prints every key with its value, range and origin",
+        )
+    return settings
+
+
+def _apply(reader: Reader, values: Mapping[str, Any], parts: dict[str, Any], origins: dict[str, str]) -> None:
+    tables = [f.name for f in dataclasses.fields(Shared)]
+    allowed = ["study", *tables, *stages.NAMES]
+    for name, table in values.items():
+        if name not in allowed:
+            hint = did_you_mean(name, allowed) or f"; allowed: {', '.join(allowed)}"
+            reader.mistakes.append(f"{reader.source}: unknown section [{name}]{hint}")
+        elif not isinstance(table, Mapping):
+            reader.mistakes.append(f"{reader.source}: {name} = {table!r} is no table; write [{name}]")
+        elif name in tables:
+            parts["shared"], found = reader.record(parts["shared"], {name: table}, "")
+            origins |= {key.lstrip("."): source for key, source in found.items()}
+        else:
+            parts[name], found = reader.record(parts[name], table, name)
+            origins |= found
+
+
+def _fill(parts: dict[str, Any], origins: dict[str, str]) -> Settings:
+    """Put the shared tables into the stages' fields that ask for them."""
+    common = {f.name: getattr(parts["shared"], f.name) for f in dataclasses.fields(Shared)}
+    common["split"] = parts["study"].split
+    sections = {}
+    for name in stages.NAMES:
+        asked = {f.name: f.metadata["shared"] for f in dataclasses.fields(parts[name]) if f.metadata.get("shared")}
+        sections[name] = dataclasses.replace(parts[name], **{key: common[table] for key, table in asked.items()})
+    return Settings(parts["study"], parts["shared"], sections, origins)
+
+
+def _consistency(settings: Settings) -> tuple[list[str], list[str]]:
+    from hrcneuro import crosschecks
+
+    mistakes = [f"[{name}] {m}" for name in stages.NAMES for m in stages.load(name).check(settings.sections[name])]
+    mistakes += crosschecks.errors(settings)
+    return mistakes, crosschecks.warnings(settings)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ConfigError(
+            f"the configuration file {path} does not exist", cure="name an existing file: --config configs/paper.toml"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is not valid TOML: {error}", cure="correct the line named") from error
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the path and its rights") from error
+
+
+def _read_assignments(assignments: Sequence[str], reader: Reader) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for text in assignments:
+        name, equals, value = text.partition("=")
+        keys = name.strip().split(".")
+        if not equals or len(keys) < 2 or not all(keys):
+            reader.mistakes.append(f"--set {text!r} is no assignment; allowed: --set stage.key=value")
+            continue
+        table = values
+        for key in keys[:-1]:
+            inner = table.setdefault(key, {})
+            table = inner if isinstance(inner, dict) else {}
+        table[keys[-1]] = _toml_value(value.strip())
+    return values
+
+
+def _toml_value(text: str) -> Any:
+    # A bare word or a path is no TOML value: it is the string itself.
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text

@@ -1,0 +1,290 @@
+"""The stage graph: what depends on what, what must run and why, and the order in which it runs."""
+
+from __future__ import annotations
+
+import concurrent.futures as futures
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import stages
+from hrcneuro.cache import fingerprint, why
+from hrcneuro.cache.store import Record, read_record
+from hrcneuro.config import Settings
+from hrcneuro.contract import Inputs, Patterns, params
+from hrcneuro.errors import ConfigError, HrcError, StageError, did_you_mean
+from hrcneuro.executors import Executor
+from hrcneuro.work import Job, Outcome, execute
+from hrcneuro.workdir import Workdir
+
+GROUP = "group"
+PACKAGE = Path(__file__).parent
+# Excluded subjects stop here: their quality and outlier verdict belong in the report, their data in no analysis.
+_BEFORE_EXCLUSION = ("acquire", "preprocess", "epoch")
+
+
+@dataclass(frozen=True, order=True)
+class Task:
+    """A stage and the unit that it runs on."""
+
+    rank: int
+    unit: str
+    stage: str = field(compare=False)
+
+    @classmethod
+    def of(cls, stage: str, unit: str) -> Task:
+        """Return the task; tasks sort in the order in which people read them: by stage, group last."""
+        return cls(2 * stages.NAMES.index(stage) + (unit == GROUP), unit, stage)
+
+
+@dataclass
+class Item:
+    """What became of a task: the row that commands print."""
+
+    stage: str
+    unit: str
+    key: str = ""
+    state: str = ""
+    why: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    artifacts: dict[str, str] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    error: HrcError | None = None
+    trace: str = ""
+
+
+def needs(settings: Settings, task: Task) -> dict[Task, tuple[str, ...]]:
+    """Return the tasks that a task reads from, and the file patterns that it reads."""
+    stage = stages.load(task.stage)
+    if hasattr(stage, "inputs"):
+        patterns: Patterns = stage.inputs(settings.sections[task.stage])
+    else:
+        patterns = stage.GROUP_INPUTS if task.unit == GROUP else stage.INPUTS
+    units = settings.included if task.unit == GROUP else (task.unit,)
+    return {Task.of(name, unit): files for name, files in patterns.items() for unit in units}
+
+
+def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -> list[Task]:
+    """Return the tasks that a command asks for: the named subjects, or everyone and the group.
+
+    Raises:
+        ConfigError: A stage or a subject is unknown, or a group stage is asked for one subject.
+    """
+    subjects = list(dict.fromkeys(subjects))
+    for subject in subjects:
+        if subject not in settings.study.subjects and subject != GROUP:
+            hint = did_you_mean(subject, settings.study.subjects)
+            raise ConfigError(
+                f"unknown subject {subject!r}{hint}; the study has {', '.join(settings.study.subjects) or 'none'}",
+                cure="name one of these, or add it to study.subjects",
+            )
+    found = []
+    for name in names:
+        if name not in stages.NAMES:
+            raise ConfigError(
+                f"unknown stage {name!r}{did_you_mean(name, stages.NAMES)}", cure=f"stages: {', '.join(stages.NAMES)}"
+            )
+        stage = stages.load(name)
+        everyone = settings.study.subjects if name in _BEFORE_EXCLUSION else settings.included
+        if not hasattr(stage, "run") and any(s != GROUP for s in subjects):
+            raise ConfigError(f"{name} runs once for the whole group", cure=f"leave the subjects out: hrcneuro {name}")
+        if not hasattr(stage, "run_group") and GROUP in subjects:
+            raise ConfigError(f"{name} runs for subjects only", cure=f"name subjects, or none: hrcneuro {name}")
+        if hasattr(stage, "run"):
+            found += [Task.of(name, s) for s in (subjects or everyone) if s != GROUP]
+        if hasattr(stage, "run_group") and (not subjects or GROUP in subjects):
+            found.append(Task.of(name, GROUP))
+    return found
+
+
+def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, dict[Task, tuple[str, ...]]]:
+    """Return every task that the wanted ones stand on, with its needs, in an order that respects them."""
+    found: dict[Task, dict[Task, tuple[str, ...]]] = {}
+    todo = list(wanted)
+    while todo:
+        task = todo.pop()
+        if task not in found:
+            found[task] = needs(settings, task)
+            todo += found[task]
+    return {task: found[task] for task in sorted(found)}
+
+
+class Run:
+    """One walk over the graph: plan each task when its inputs are known, then run it or take it from the cache."""
+
+    def __init__(self, settings: Settings, workdir: Workdir, *, verify: bool = False) -> None:
+        self.settings = settings
+        self.workdir = workdir
+        self.verify = verify
+        self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
+        self.items: dict[Task, Item] = {}
+        self.records: dict[Task, Record] = {}
+        self._static: dict[str, dict[str, Any]] = {}
+
+    def plan(self, wanted: Iterable[Task], *, force: bool = False) -> list[Item]:
+        """Return what would happen, without running, writing or locking anything."""
+        wanted = list(wanted)
+        for task, upstream in closure(self.settings, wanted).items():
+            item = self._prepare(task, upstream, force=force and task in wanted, dry=True)
+            if not item.state:
+                item.state = "would-run"
+        return list(self.items.values())
+
+    def run(
+        self,
+        wanted: Iterable[Task],
+        executor: Executor,
+        *,
+        force: bool = False,
+        provenance: Mapping[str, Any] | None = None,
+        report: Callable[[Task, Item], None] = lambda task, item: None,
+    ) -> list[Item]:
+        """Bring the wanted tasks up to date; a failure blocks only what stands on it. Return every item."""
+        wanted = list(wanted)
+        graph = closure(self.settings, wanted)
+        waiting = dict(graph)
+        running: dict[futures.Future, Task] = {}
+        self.workdir.cache.sweep()
+        while waiting or running:
+            for task in [t for t, upstream in waiting.items() if all(self._settled(u) for u in upstream)]:
+                item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
+                if not item.state:
+                    item.state = "running"
+                    report(task, item)
+                    job = self._job(task, graph[task], force and task in wanted, provenance or {})
+                    running[executor.submit(execute, job)] = task
+                else:
+                    report(task, item)
+            if running:
+                done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
+                for future in done:
+                    task = running.pop(future)
+                    self._finish(task, _outcome(future, task))
+                    report(task, self.items[task])
+        self.memo.save()
+        return [self.items[task] for task in graph]
+
+    def _settled(self, task: Task) -> bool:
+        return task in self.items and self.items[task].state not in ("", "running")
+
+    def _prepare(self, task: Task, upstream: Mapping[Task, tuple[str, ...]], *, force: bool, dry: bool = False) -> Item:
+        """Decide a task whose upstream is settled; the state stays empty where it must run."""
+        item = self.items[task] = Item(task.stage, task.unit)
+        bad = [u for u in upstream if self.items[u].state in ("failed", "blocked")]
+        if bad:
+            item.state, item.why = "blocked", [f"inputs: {u.stage} of {u.unit} failed" for u in bad]
+            return item
+        coming = [u for u in upstream if self.items[u].state == "would-run"]
+        if coming:
+            item.why = [f"inputs: {u.stage} of {u.unit} would run" for u in coming]
+            return item
+        try:
+            parts = self._parts(task, upstream)
+        except HrcError as error:
+            item.state, item.error, item.why = "failed", error, [str(error.problem)]
+            return item
+        item.key = fingerprint.key(parts)
+        record = None if force else self._lookup(task, item, dry=dry)
+        if record is not None:
+            self._accept(task, record, dry=dry)
+            item.state = "hit"
+        elif not item.why:
+            last = self.workdir.last(task.stage, task.unit)
+            item.why = ["forced"] if force else why.causes(task.stage, last, parts) or ["entry gone from the cache"]
+        return item
+
+    def _lookup(self, task: Task, item: Item, *, dry: bool) -> Record | None:
+        cache = self.workdir.cache
+        record = cache.lookup(task.stage, task.unit, item.key, verify=self.verify)
+        if record is None and (flaw := cache.diagnose(task.stage, task.unit, item.key, verify=self.verify)):
+            item.why = [f"corrupt: {flaw}"]
+            if not dry:
+                cache.quarantine(task.stage, task.unit, item.key)
+        return record
+
+    def _parts(self, task: Task, upstream: Mapping[Task, tuple[str, ...]]) -> dict[str, Any]:
+        """Return the named parts of a task's key."""
+        inputs = {}
+        for source, patterns in upstream.items():
+            for name, about in self.records[source].outputs.items():
+                if any(fnmatch(name, pattern) for pattern in patterns):
+                    inputs[f"{source.stage}/{source.unit}/{name}"] = about["sha256"]
+        parts = {"stage": task.stage, "unit": task.unit, "inputs": inputs, **self._stage_parts(task.stage)}
+        stage = stages.load(task.stage)
+        if hasattr(stage, "sources"):
+            files = stage.sources(self.settings.sections[task.stage], task.unit)
+            parts["sources"] = {
+                label: self.memo.get("bytes", path, fingerprint.file_digest) for label, path in sorted(files.items())
+            }
+        return parts
+
+    def _stage_parts(self, name: str) -> dict[str, Any]:
+        if name not in self._static:
+            stage = stages.load(name)
+            self._static[name] = {
+                "params": params(self.settings.sections[name]),
+                "code": fingerprint.code(f"hrcneuro.stages.{name}", PACKAGE, self.memo),
+                "libs": fingerprint.libraries(stage.LIBS),
+            }
+        return self._static[name]
+
+    def _job(
+        self, task: Task, upstream: Mapping[Task, tuple[str, ...]], force: bool, provenance: Mapping[str, Any]
+    ) -> Job:
+        files: dict[str, dict[str, dict[str, Path]]] = {}
+        for source, patterns in upstream.items():
+            folder = self.workdir.cache.folder(source.stage, source.unit, self.items[source].key)
+            files.setdefault(source.stage, {})[source.unit] = {
+                name: folder / name
+                for name in self.records[source].outputs
+                if any(fnmatch(name, pattern) for pattern in patterns)
+            }
+        parts = self._parts(task, upstream)
+        return Job(
+            module=f"hrcneuro.stages.{task.stage}",
+            stage=task.stage,
+            unit=task.unit,
+            key=self.items[task].key,
+            parts=parts,
+            config=self.settings.sections[task.stage],
+            inputs=Inputs(task.unit, files),
+            root=self.workdir.cache.root,
+            provenance=provenance,
+            force=force,
+        )
+
+    def _finish(self, task: Task, outcome: Outcome) -> None:
+        item = self.items[task]
+        item.state, item.seconds = outcome.state, round(outcome.seconds, 3)
+        item.error, item.trace = outcome.error, outcome.trace
+        if outcome.record is not None:
+            self._accept(task, outcome.record)
+
+    def _accept(self, task: Task, record: Record, *, dry: bool = False) -> None:
+        item = self.items[task]
+        folder = self.workdir.cache.folder(record.stage, record.unit, record.key)
+        self.records[task] = record
+        item.summary = record.summary
+        item.artifacts = {name: str(folder / name) for name in record.outputs}
+        if not dry:
+            self.workdir.point(record)
+
+
+def _outcome(future: futures.Future, task: Task) -> Outcome:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        error = StageError(
+            f"the worker of {task.stage} {task.unit} was killed, perhaps for lack of memory",
+            cure="use fewer workers (-j 1), then run the same command again: finished work is kept",
+        )
+        return Outcome("failed", error=error)
+
+
+def last_record(workdir: Workdir, stage: str, unit: str) -> Record | None:
+    """Return the record that the results pointer names, or None."""
+    key = workdir.pointer(stage, unit)
+    return read_record(workdir.cache.folder(stage, unit, key)) if key else None

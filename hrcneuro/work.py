@@ -1,0 +1,117 @@
+"""One unit of work: lock its key, run the stage in a temporary folder, publish. This is what a worker process runs."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+import time
+import traceback
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hrcneuro.cache import fingerprint
+from hrcneuro.cache.store import Record, Store, explain_os_error
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import HrcError, StageError
+
+
+@dataclass(frozen=True)
+class Job:
+    """Everything that a worker needs; it travels between processes."""
+
+    module: str
+    stage: str
+    unit: str
+    key: str
+    parts: Mapping[str, Any]
+    config: Any
+    inputs: Inputs
+    root: Path
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    force: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a job."""
+
+    state: str  # hit, ran or failed
+    record: Record | None = None
+    seconds: float = 0.0
+    error: HrcError | None = None
+    trace: str = ""
+
+
+def execute(job: Job) -> Outcome:
+    """Compute a job unless another process has just done so, and publish its entry."""
+    start = time.perf_counter()
+    store = Store(job.root)
+    try:
+        with store.lock(job.stage, job.unit, job.key):
+            done = None if job.force else store.lookup(job.stage, job.unit, job.key)
+            if done is not None:
+                return Outcome("hit", done)
+            record = _compute(job, store, start)
+        return Outcome("ran", record, time.perf_counter() - start)
+    except HrcError as error:
+        return Outcome("failed", None, time.perf_counter() - start, error, traceback.format_exc())
+    except Exception as error:
+        return Outcome("failed", None, time.perf_counter() - start, _unexpected(job, error), traceback.format_exc())
+
+
+def _compute(job: Job, store: Store, start: float) -> Record:
+    from threadpoolctl import threadpool_limits
+
+    stage = importlib.import_module(job.module)
+    run = stage.run_group if job.unit == "group" else stage.run
+    with store.workspace(job.stage, job.unit, job.key) as work, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
+        with threadpool_limits(1):
+            try:
+                summary = run(job.config, job.inputs, work)
+            except OSError as error:
+                raise _disk(error, job) from error
+        provenance = {
+            **job.provenance,
+            "seconds": round(time.perf_counter() - start, 3),
+            "peak_rss_mb": _peak_rss_mb(),
+            "platform": f"{platform.system()} {platform.machine()}",
+            "blas_threads": 1,
+            "versions": {name: fingerprint.version(name) for name in stage.LIBS},
+            "warnings": sorted({f"{w.category.__name__}: {w.message}" for w in caught}),
+        }
+        record = Record(job.stage, job.unit, job.key, job.parts, {}, summary, provenance)
+        return store.publish(record, work)
+
+
+def _disk(error: OSError, job: Job) -> Exception:
+    import errno
+
+    return explain_os_error(error, job.root) if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS) else error
+
+
+def _unexpected(job: Job, error: Exception) -> StageError:
+    if isinstance(error, MemoryError):
+        return StageError(f"{job.stage} of {job.unit} ran out of memory", cure="use fewer workers: -j 1")
+    return StageError(
+        f"{job.stage} of {job.unit} failed unexpectedly: {type(error).__name__}: {error}",
+        cure="run it again with --debug for the traceback; if the input is sound, please report it as a bug",
+    )
+
+
+def _peak_rss_mb() -> int:
+    # The peak of the whole worker process so far, which is an upper bound for this unit.
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+
+def one_thread() -> None:
+    """Ask the numeric libraries for one thread; they read this when they are first loaded."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"
