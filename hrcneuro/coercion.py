@@ -59,7 +59,7 @@ class Reader:
         origin = typing.get_origin(hint)
         args = typing.get_args(hint)
         if origin in (typing.Union, types.UnionType):
-            if value is None or value == "none" and str not in args:
+            if value is None or (value == "none" and str not in args):
                 return None
             return self.value(value, next(a for a in args if a is not type(None)), name, meta)
         if origin is tuple:

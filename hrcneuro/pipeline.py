@@ -83,10 +83,7 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
             )
     found = []
     for name in names:
-        if name not in stages.NAMES:
-            raise ConfigError(
-                f"unknown stage {name!r}{did_you_mean(name, stages.NAMES)}", cure=f"stages: {', '.join(stages.NAMES)}"
-            )
+        check_stage(name)
         stage = stages.load(name)
         everyone = settings.study.subjects if name in _BEFORE_EXCLUSION else settings.included
         if not hasattr(stage, "run") and any(s != GROUP for s in subjects):
@@ -98,6 +95,17 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
         if hasattr(stage, "run_group") and (not subjects or GROUP in subjects):
             found.append(Task.of(name, GROUP))
     return found
+
+
+def check_stage(name: str) -> None:
+    """Refuse a name that is no stage.
+
+    Raises:
+        ConfigError: With the nearest spelling.
+    """
+    if name not in stages.NAMES:
+        hint = did_you_mean(name, stages.NAMES)
+        raise ConfigError(f"unknown stage {name!r}{hint}", cure=f"stages: {', '.join(stages.NAMES)}")
 
 
 def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, dict[Task, tuple[str, ...]]]:
@@ -139,7 +147,7 @@ class Run:
         executor: Executor,
         *,
         force: bool = False,
-        provenance: Mapping[str, Any] | None = None,
+        provenance: Callable[[], Mapping[str, Any]] = dict,
         report: Callable[[Task, Item], None] = lambda task, item: None,
     ) -> list[Item]:
         """Bring the wanted tasks up to date; a failure blocks only what stands on it. Return every item."""
@@ -154,7 +162,7 @@ class Run:
                 if not item.state:
                     item.state = "running"
                     report(task, item)
-                    job = self._job(task, graph[task], force and task in wanted, provenance or {})
+                    job = self._job(task, graph[task], force and task in wanted, provenance())
                     running[executor.submit(execute, job)] = task
                 else:
                     report(task, item)

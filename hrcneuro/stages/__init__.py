@@ -1,4 +1,4 @@
-"""One file per subcommand; each reads artifacts, calls numeric packages and writes artifacts (see hrcneuro.contract)."""
+"""One file per subcommand; each reads artifacts, calls numeric packages, writes artifacts (see contract.py)."""
 
 from __future__ import annotations
 

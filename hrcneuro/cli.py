@@ -1,0 +1,202 @@
+"""The command line: declarations only. What a command does is loaded when it runs, so that ``--help`` answers at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hrcneuro import __version__
+from hrcneuro.boundary import bounded
+from hrcneuro.options import Options, with_options
+
+app = typer.Typer(
+    name="hrcneuro",
+    help="A neuro-robotics study that anyone can rerun: EEG, decoding, robot learning and a UR10.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    epilog="Examples:\n\n  hrcneuro preprocess s01\n\n  hrcneuro run pipelines/smoke.toml -j 2",
+)
+cache_app = typer.Typer(help="Look into the cache, check it, clean it.", rich_markup_mode=None, no_args_is_help=True)
+config_app = typer.Typer(help="Show or check the configuration.", rich_markup_mode=None, no_args_is_help=True)
+
+Subjects = Annotated[list[str] | None, typer.Argument(help="Subjects; none means everyone, and the group.")]
+
+
+def _command(
+    help: str, *examples: str, name: str, group: typer.Typer = app
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    text = "Examples:\n\n" + "\n\n".join(f"  hrcneuro {example}" for example in examples)
+
+    def register(function: Callable[..., Any]) -> Callable[..., Any]:
+        group.command(name, help=help, epilog=text)(with_options(bounded(name, function)))
+        return function
+
+    return register
+
+
+@app.callback(invoke_without_command=True)
+def _main(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+) -> None:
+    if version:
+        print(f"hrcneuro {__version__}")
+        raise typer.Exit
+
+
+@_command(
+    "Read or simulate recordings: continuous EEG and the trial table.",
+    "acquire s01",
+    "acquire s01 --inspect",
+    name="acquire",
+)
+def acquire(
+    options: Options,
+    subjects: Subjects = None,
+    inspect: Annotated[
+        bool, typer.Option("--inspect", help="Show markers, channels and log side by side; write nothing.")
+    ] = False,
+) -> int:
+    """Run the stage, or look at its source."""
+    from hrcneuro import commands
+
+    return commands.inspect(options, subjects) if inspect else commands.stage("acquire", options, subjects)
+
+
+def _plain_stage(name: str, help: str, *examples: str) -> None:
+    @_command(help, *examples, name=name)
+    def command(options: Options, subjects: Subjects = None) -> int:
+        from hrcneuro import commands
+
+        return commands.stage(name, options, subjects)
+
+
+_plain_stage(
+    "preprocess",
+    "Filter, remove eye movements, repair channels, re-reference, down-sample.",
+    "preprocess s01",
+    "preprocess --set preprocess.l_freq=0.5 --dry-run",
+)
+_plain_stage("epoch", "Cut epochs around movement onsets and count conditions.", "epoch s01", "epoch s01 s02 --json")
+_plain_stage("erp", "Average, contrast and test event-related potentials.", "erp s01", "erp -j 2")
+_plain_stage("ersp", "Time-frequency maps, their contrasts and tests.", "ersp s01", "ersp -j 2")
+_plain_stage(
+    "decode", "Decode single trials and compare with chance.", "decode s01", "decode --set decode.repeats=1 --dry-run"
+)
+_plain_stage(
+    "robot", "Drive the arm through a session's moves.", "robot s01", "robot s01 --set robot.blocks=[1] --dry-run"
+)
+
+
+@_command(
+    "Simulate the robot that learns who does what (SIM1-4).",
+    "simulate",
+    "simulate --set simulate.repetitions=1000",
+    name="simulate",
+)
+def simulate(options: Options) -> int:
+    """Run the stage."""
+    from hrcneuro import commands
+
+    return commands.stage("simulate", options, None)
+
+
+@_command("Run a whole pipeline, then write the report.", "run", "run pipelines/smoke.toml -j 2", name="run")
+def run_pipeline(
+    options: Options,
+    pipeline: Annotated[Path | None, typer.Argument(help="A pipeline file; none means pipelines/paper.toml.")] = None,
+) -> int:
+    """Run every stage of a pipeline."""
+    from hrcneuro import commands
+
+    return commands.run(options, pipeline)
+
+
+@_command("Show what is fresh, what is stale and why.", "status", "status --set preprocess.l_freq=0.5", name="status")
+def status(options: Options) -> int:
+    """Print a table of stages and units."""
+    from hrcneuro import commands
+
+    return commands.status(options)
+
+
+@_command("Print where an artifact lies.", "path preprocess s01", "path epoch s01 conditions.parquet", name="path")
+def path(
+    options: Options,
+    stage: Annotated[str, typer.Argument(help="The stage that wrote it.")],
+    unit: Annotated[str, typer.Argument(help="A subject, or group.")],
+    file: Annotated[str, typer.Argument(help="A file of the entry; none prints its folder.")] = "",
+) -> int:
+    """Print a path on stdout."""
+    from hrcneuro import commands
+
+    return commands.path(options, stage, unit, file)
+
+
+@_command("Write the report from what has run.", "report", "report --workdir study", name="report")
+def report(options: Options) -> int:
+    """Write results/report.html."""
+    from hrcneuro import commands
+
+    return commands.report(options)
+
+
+@_command("List the entries.", "cache ls", "cache ls --json", name="ls", group=cache_app)
+def cache_ls(options: Options) -> int:
+    """List entries with their sizes."""
+    from hrcneuro import commands
+
+    return commands.cache_ls(options)
+
+
+@_command("Hash every file of every entry.", "cache verify", "cache verify --json", name="verify", group=cache_app)
+def cache_verify(options: Options) -> int:
+    """Check all entries; a bad one is quarantined and named."""
+    from hrcneuro import commands
+
+    return commands.cache_verify(options)
+
+
+@_command("Drop the entries that no result points at.", "cache gc", "cache gc --dry-run", name="gc", group=cache_app)
+def cache_gc(options: Options) -> int:
+    """Remove unused entries, leftovers and quarantined ones."""
+    from hrcneuro import commands
+
+    return commands.cache_gc(options)
+
+
+@_command(
+    "Print every value, its range and where it came from.",
+    "config show",
+    "config show --set decode.repeats=5",
+    name="show",
+    group=config_app,
+)
+def config_show(
+    options: Options, section: Annotated[str, typer.Argument(help="One section; none prints all.")] = ""
+) -> int:
+    """Print the effective configuration as TOML."""
+    from hrcneuro import commands
+
+    return commands.config_show(options, section)
+
+
+@_command(
+    "Report every mistake of a configuration.",
+    "config check",
+    "config check --config configs/smoke.toml",
+    name="check",
+    group=config_app,
+)
+def config_check(options: Options) -> int:
+    """Check the configuration and print its warnings."""
+    from hrcneuro import commands
+
+    return commands.config_check(options)
+
+
+app.add_typer(cache_app, name="cache")
+app.add_typer(config_app, name="config")

@@ -1,0 +1,200 @@
+"""What the commands do; cli.py declares them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from hrcneuro import config, executors, pipeline, stages
+from hrcneuro.config import Settings
+from hrcneuro.console import Console
+from hrcneuro.errors import DataError
+from hrcneuro.options import Options
+from hrcneuro.pipelines import Pipeline, read_pipeline
+from hrcneuro.provenance import provenance
+from hrcneuro.workdir import Workdir
+
+
+def console(options: Options) -> Console:
+    """Return the console of a call."""
+    return Console(as_json=options.json, verbose=options.verbose, quiet=options.quiet, debug=options.debug)
+
+
+def settings(options: Options, extra: Path | None = None) -> Settings:
+    """Return the configuration of a call."""
+    return config.load(options.config or extra, options.set or ())
+
+
+def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
+    """Bring a stage, and what it stands on, up to date."""
+    found = settings(options)
+    return _bring(name, options, found, pipeline.targets(found, [name], subjects or ()))[0]
+
+
+def run(options: Options, path: Path | None) -> int:
+    """Run a pipeline's stages over its subjects, then write the report."""
+    default = Path("pipelines/paper.toml")
+    plan = read_pipeline(path or default) if path or default.is_file() else Pipeline()
+    found = settings(options, plan.config)
+    wanted = pipeline.targets(found, plan.stages, plan.subjects)
+    code, items = _bring("run", options, found, wanted)
+    if options.dry_run or not plan.report:
+        return code
+    _report(options, found, items)
+    return code
+
+
+def status(options: Options) -> int:
+    """Print what is fresh and what is stale, as a table of units and stages."""
+    found = settings(options)
+    items = pipeline.Run(found, Workdir(options.workdir), verify=options.verify).plan(
+        pipeline.targets(found, stages.NAMES, ())
+    )
+    talk = console(options)
+    if options.json:
+        return talk.finish("status", items)
+    talk.status(items)
+    return 0
+
+
+def path(options: Options, name: str, unit: str, file: str) -> int:
+    """Print where an artifact lies."""
+    pipeline.check_stage(name)
+    print(Workdir(options.workdir).artifact(name, unit, file))
+    return 0
+
+
+def report(options: Options) -> int:
+    """Write the report from what has run so far."""
+    found = settings(options)
+    items = pipeline.Run(found, Workdir(options.workdir)).plan(pipeline.targets(found, stages.NAMES, ()))
+    _report(options, found, items)
+    return 0
+
+
+def inspect(options: Options, subjects: Sequence[str] | None) -> int:
+    """Show what acquire would read: markers, channels and log side by side."""
+    found = settings(options)
+    module = stages.load("acquire")
+    views = {s: module.inspect(found.sections["acquire"], s) for s in subjects or found.study.subjects}
+    if options.json:
+        print(json.dumps({"command": "acquire", "ok": True, "inspect": views}, indent=1))
+    else:
+        for view in views.values():
+            print(module.render(view))
+    return 0
+
+
+def cache_ls(options: Options) -> int:
+    """List the entries with their sizes, and which of them results point at."""
+    workdir = Workdir(options.workdir)
+    used = workdir.keys()
+    rows = []
+    for folder in workdir.cache.entries():
+        size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
+        name = (folder.parts[-3], folder.parts[-2], folder.name)
+        rows.append((*name, size, name in used))
+    if options.json:
+        columns = ("stage", "unit", "key", "bytes", "used")
+        entries = [dict(zip(columns, row, strict=True)) for row in rows]
+        print(json.dumps({"command": "cache ls", "ok": True, "entries": entries}, indent=1))
+        return 0
+    for name, unit, key, size, pointed in rows:
+        print(f"{'*' if pointed else ' '} {name:<11} {unit:<8} {key}  {size / 1e6:9.1f} MB")
+    print(f"{len(rows)} entries, {sum(row[3] for row in rows) / 1e9:.2f} GB; * = results point at it")
+    return 0
+
+
+def cache_verify(options: Options) -> int:
+    """Hash all entries; quarantine and name the bad ones. Exit code 3 where there was one."""
+    workdir = Workdir(options.workdir)
+    bad = {}
+    entries = workdir.cache.entries()
+    for folder in entries:
+        name = (folder.parts[-3], folder.parts[-2], folder.name)
+        flaw = workdir.cache.diagnose(*name, verify=True)
+        if flaw:
+            bad["/".join(name)] = flaw
+            workdir.cache.quarantine(*name)
+    if options.json:
+        print(json.dumps({"command": "cache verify", "ok": not bad, "entries": len(entries), "bad": bad}, indent=1))
+    else:
+        for entry, flaw in bad.items():
+            print(f"quarantined {entry}: {flaw}")
+        print(f"{len(entries) - len(bad)} of {len(entries)} entries are sound")
+    return DataError.exit_code if bad else 0
+
+
+def cache_gc(options: Options) -> int:
+    """Drop the entries that no result points at, leftovers of interrupted runs, and quarantined entries."""
+    import shutil
+
+    workdir = Workdir(options.workdir)
+    workdir.cache.sweep()
+    used = workdir.keys()
+    doomed = [p for p in workdir.cache.entries() if (p.parts[-3], p.parts[-2], p.name) not in used]
+    doomed += [p for p in workdir.cache.leftovers() if p.parent.name == ".quarantine"]
+    size = sum(q.stat().st_size for p in doomed for q in p.rglob("*") if q.is_file())
+    for folder in doomed if not options.dry_run else ():
+        with workdir.cache.guarded():
+            shutil.rmtree(folder)
+    if options.json:
+        names = ["/".join(p.parts[-3:]) for p in doomed]
+        print(json.dumps({"command": "cache gc", "ok": True, "dropped": names, "bytes": size}, indent=1))
+    else:
+        verb = "would drop" if options.dry_run else "dropped"
+        print(f"{verb} {len(doomed)} entries, {size / 1e9:.2f} GB")
+    return 0
+
+
+def config_show(options: Options, section: str) -> int:
+    """Print the effective configuration, with the origin and the range of each value."""
+    from hrcneuro import configtext
+
+    print(configtext.render(settings(options), section, as_json=options.json))
+    return 0
+
+
+def config_check(options: Options) -> int:
+    """Report the mistakes of a configuration (by raising them), else its warnings."""
+    found = settings(options)
+    if options.json:
+        print(json.dumps({"command": "config check", "ok": True, "warnings": list(found.warnings)}, indent=1))
+    else:
+        for warning in found.warnings:
+            print(f"note: {warning}")
+        print("the configuration is sound")
+    return 0
+
+
+def _bring(
+    command: str, options: Options, found: Settings, wanted: Iterable[pipeline.Task]
+) -> tuple[int, list[pipeline.Item]]:
+    talk = console(options)
+    walk = pipeline.Run(found, Workdir(options.workdir), verify=options.verify)
+    wanted = list(wanted)
+    if options.dry_run:
+        items = walk.plan(wanted, force=options.force)
+        for item in items:
+            talk.report(item)
+        return talk.finish(command, items), items
+    executor = executors.create(options.executor, options.jobs or executors.cores())
+    total = len(pipeline.closure(found, wanted))
+    with talk.progress(total), executor:
+        items = walk.run(
+            wanted,
+            executor,
+            force=options.force,
+            provenance=provenance,
+            report=lambda task, item: talk.report(item),
+        )
+    return talk.finish(command, items), items
+
+
+def _report(options: Options, found: Settings, items: Sequence[pipeline.Item]) -> None:
+    from hrcneuro.report import write_report
+
+    workdir = Workdir(options.workdir)
+    written = write_report(found, items, workdir.results / "report.html")
+    console(options).say(f"report: {written}")

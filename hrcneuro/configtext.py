@@ -1,0 +1,77 @@
+"""The effective configuration as text: TOML whose comments give each value's range, meaning and origin."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hrcneuro.coercion import allowed_range
+from hrcneuro.config import Settings
+from hrcneuro.contract import plain
+from hrcneuro.errors import ConfigError, did_you_mean
+
+
+def render(settings: Settings, section: str = "", *, as_json: bool = False) -> str:
+    """Return the configuration, or one section of it.
+
+    Raises:
+        ConfigError: There is no such section.
+    """
+    parts: dict[str, Any] = {"study": settings.study}
+    parts |= {f.name: getattr(settings.shared, f.name) for f in dataclasses.fields(settings.shared)}
+    parts |= dict(settings.sections)
+    if section and section not in parts:
+        hint = did_you_mean(section, parts)
+        raise ConfigError(f"there is no section {section!r}{hint}", cure=f"sections: {', '.join(parts)}")
+    chosen = {section: parts[section]} if section else parts
+    if as_json:
+        return json.dumps({"config": {k: _full(v) for k, v in chosen.items()}, "origins": settings.origins}, indent=1)
+    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, settings.origins)).strip()
+
+
+def toml_value(value: Any) -> str:
+    """Return a plain value as TOML."""
+    if value is None:
+        return '"none"'
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(toml_value(v) for v in value) + "]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _table(name: str, part: Any, origins: Mapping[str, str]) -> Iterator[str]:
+    yield f"\n[{name}]"
+    if not dataclasses.is_dataclass(part):
+        yield f"# {origins.get(name, 'default')}"
+        yield from (f"{_key(k)} = {toml_value(plain(v))}" for k, v in part.items())
+        return
+    nested = []
+    for f in dataclasses.fields(part):
+        value = getattr(part, f.name)
+        if f.metadata.get("shared"):
+            continue
+        if dataclasses.is_dataclass(value):
+            nested.append((f"{name}.{f.name}", value))
+            continue
+        limits = ", ".join(f.metadata.get("choices") or ())
+        if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
+            limits = allowed_range(f.name, f.metadata)
+        origin = origins.get(f"{name}.{f.name}", "default")
+        notes = "; ".join(note for note in (f.metadata.get("help", ""), limits, origin) if note)
+        yield f"{f.name} = {toml_value(plain(value))}  # {notes}"
+    for inner, value in nested:
+        yield from _table(inner, value, origins)
+
+
+def _full(value: Any) -> Any:
+    # Unlike contract.params this keeps the locations: a person wants to see them.
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _full(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    return plain(value)
+
+
+def _key(name: str) -> str:
+    return name if name.replace("-", "").replace("_", "").isalnum() and name.isascii() else json.dumps(name)

@@ -1,0 +1,172 @@
+"""What a person or a program sees of a run: progress and errors on stderr, results on stdout."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from hrcneuro.errors import HrcError
+
+_MARKS = {"hit": "=", "ran": "+", "failed": "x", "blocked": "-", "would-run": "?", "running": ">"}
+_STYLES = {"ran": "green", "failed": "bold red", "blocked": "yellow", "would-run": "cyan", "hit": "dim"}
+
+
+class Console:
+    """Talks about one command."""
+
+    def __init__(
+        self, *, as_json: bool = False, verbose: bool = False, quiet: bool = False, debug: bool = False
+    ) -> None:
+        self.as_json = as_json
+        self.verbose = verbose
+        self.quiet = quiet
+        self.debug = debug
+        self._progress: Any = None
+        self._bar: Any = None
+
+    @contextlib.contextmanager
+    def progress(self, total: int) -> Iterator[None]:
+        """Show a bar with the time left, on a terminal only."""
+        if self.quiet or not sys.stderr.isatty() or total < 2:
+            yield
+            return
+        from rich.console import Console as RichConsole
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+        )
+        with Progress(*columns, console=RichConsole(stderr=True), transient=True) as self._progress:
+            self._bar = self._progress.add_task("", total=total)
+            yield
+        self._progress = None
+
+    def report(self, item: Any) -> None:
+        """Say what became of one task, as soon as it is known."""
+        name = f"{item.stage} {item.unit}"
+        if self._progress is not None:
+            self._progress.update(self._bar, advance=item.state != "running", description=name)
+        if self.quiet or (item.state in ("hit", "running", "blocked") and not self.verbose):
+            return
+        text = f"{_MARKS[item.state]} {name:<18} {item.state}"
+        if item.state == "ran":
+            text += f"  {item.seconds:.1f} s"
+        if item.why and (self.verbose or item.state == "would-run"):
+            text += f"  ({'; '.join(item.why)})"
+        self.say(text, style=_STYLES.get(item.state, ""))
+        for warning in item.summary.get("warnings", []) if item.state == "ran" else []:
+            self.say(f"  note: {warning}", style="yellow")
+
+    def say(self, text: str, *, style: str = "") -> None:
+        """Print a line on stderr, above the bar where there is one."""
+        if self.quiet:
+            return
+        if self._progress is not None:
+            from rich.text import Text
+
+            self._progress.console.print(Text(text, style=style), highlight=False)
+        else:
+            print(_coloured(text, style), file=sys.stderr)
+
+    def error(self, error: HrcError, trace: str = "", *, of: str = "") -> None:
+        """Print an error and its cure; the traceback only for those who debug."""
+        head = f"error: {of}: " if of else "error: "
+        print(_coloured(head, "bold red") + error.problem, file=sys.stderr)
+        if error.cure:
+            print(f"  cure: {error.cure}", file=sys.stderr)
+        if self.debug and trace:
+            print(trace, file=sys.stderr)
+
+    def fail(self, command: str, error: HrcError) -> None:
+        """Say that a command could not even start."""
+        if self.as_json:
+            told = {"problem": error.problem, "cure": error.cure}
+            print(json.dumps({"command": command, "ok": False, "error": told, "items": []}, indent=1))
+        self.error(error)
+
+    def status(self, items: Iterable[Any]) -> None:
+        """Print a table of units and stages, then each distinct reason for being stale."""
+        from rich.console import Console as RichConsole
+        from rich.table import Table
+
+        items = list(items)
+        names = list(dict.fromkeys(item.stage for item in items))
+        cells = {(item.unit, item.stage): item for item in items}
+        table = Table("unit", *names, box=None, pad_edge=False)
+        words = {"hit": "[green]fresh[/]", "would-run": "[yellow]stale[/]", "failed": "[red]fails[/]"}
+        for unit in sorted({item.unit for item in items}, key=lambda u: (u == "group", u)):
+            row = [cells.get((unit, name)) for name in names]
+            table.add_row(unit, *("" if c is None else words.get(c.state, f"[dim]{c.state}[/]") for c in row))
+        rich = RichConsole(highlight=False)
+        rich.print(table)
+        reasons: dict[str, list[str]] = {}
+        for item in items:
+            for reason in item.why if item.state != "hit" else ():
+                reasons.setdefault(f"{item.stage}: {reason}", []).append(item.unit)
+        for reason, units in reasons.items():
+            rich.print(f"{reason}  ({_span(units)})", markup=False)
+
+    def finish(self, command: str, items: Iterable[Any]) -> int:
+        """Print the failures and the closing line, or the JSON document; return the exit code."""
+        items = list(items)
+        failed = [item for item in items if item.state == "failed"]
+        if self.as_json:
+            print(json.dumps(document(command, items), indent=1))
+        seen = set()
+        for item in failed:
+            text = str(item.error)
+            if text not in seen:
+                self.error(item.error, item.trace, of=f"{item.stage} of {item.unit}")
+            seen.add(text)
+        counts = Counter(item.state for item in items)
+        text = ", ".join(f"{n} {state}" for state, n in sorted(counts.items()))
+        self.say(f"{command}: {text or 'nothing to do'}")
+        codes = {item.error.exit_code for item in failed}
+        return 0 if not codes else codes.pop() if len(codes) == 1 else 1
+
+
+def document(command: str, items: Iterable[Any]) -> dict[str, Any]:
+    """Return what ``--json`` prints."""
+    rows = [
+        {
+            "stage": item.stage,
+            "unit": item.unit,
+            "key": item.key,
+            "state": item.state,
+            "why": item.why,
+            "seconds": item.seconds,
+            "artifacts": item.artifacts,
+            "summary": item.summary,
+            **({"error": {"problem": item.error.problem, "cure": item.error.cure}} if item.error else {}),
+        }
+        for item in items
+    ]
+    return {"command": command, "ok": not any(r["state"] in ("failed", "blocked") for r in rows), "items": rows}
+
+
+def _span(units: list[str]) -> str:
+    return ", ".join(units) if len(units) <= 3 else f"{units[0]} … {units[-1]}, {len(units)} units"
+
+
+def _coloured(text: str, style: str) -> str:
+    codes = {"bold red": "1;31", "green": "32", "yellow": "33", "cyan": "36", "dim": "2"}
+    if style not in codes or os.environ.get("NO_COLOR") or not sys.stderr.isatty():
+        return text
+    return f"\033[{codes[style]}m{text}\033[0m"

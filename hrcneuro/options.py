@@ -1,0 +1,54 @@
+"""The options that every subcommand accepts after its name, declared once."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of one call."""
+
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration in TOML; without it ./hrcneuro.toml, else the paper's values.")
+    ] = None
+    set: Annotated[
+        list[str] | None, typer.Option("--set", metavar="STAGE.KEY=VALUE", help="One value of it; repeatable.")
+    ] = None
+    workdir: Annotated[Path, typer.Option(help="Where cache/ and results/ lie.")] = Path()
+    jobs: Annotated[int, typer.Option("-j", "--jobs", help="Workers; 0 means one for each core.")] = 0
+    executor: Annotated[str, typer.Option(help="Where jobs run: auto, serial or processes.")] = "auto"
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would run and why; run nothing.")] = False
+    force: Annotated[bool, typer.Option("--force", help="Run what is named even if it is up to date.")] = False
+    verify: Annotated[bool, typer.Option("--verify", help="Hash every file taken from the cache.")] = False
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")] = False
+    verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Say more: every hit, and why things run.")] = False
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Say nothing but errors.")] = False
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False
+
+
+def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command that takes ``options: Options`` first the options above, behind its own parameters."""
+    own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
+    shared = [
+        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=hint)
+        for f, hint in zip(fields(Options), inspect.get_annotations(Options, eval_str=True).values(), strict=True)
+    ]
+
+    @functools.wraps(command)
+    def wrapper(**values: Any) -> Any:
+        options = Options(**{p.name: values.pop(p.name) for p in shared})
+        return command(options, **values)
+
+    ordered = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + shared
+    wrapper.__signature__ = inspect.Signature(ordered)  # type: ignore[attr-defined]
+    wrapper.__annotations__ = {p.name: p.annotation for p in ordered}
+    del wrapper.__wrapped__  # type: ignore[attr-defined]
+    return wrapper

@@ -1,0 +1,54 @@
+"""Pipeline files: which configuration, which stages, which subjects."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import stages
+from hrcneuro.coercion import Reader
+from hrcneuro.contract import option
+from hrcneuro.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class _File:
+    config: str = option("", "configuration, from the folder of the pipeline file")
+    stages: tuple[str, ...] = option(stages.NAMES, "what to run", choices=stages.NAMES)
+    subjects: tuple[str, ...] = option((), "whom; none means everyone and the group")
+    report: bool = option(True, "write results/report.html in the end")
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """What a pipeline runs."""
+
+    config: Path | None = None
+    stages: tuple[str, ...] = stages.NAMES
+    subjects: tuple[str, ...] = ()
+    report: bool = True
+
+
+def read_pipeline(path: Path) -> Pipeline:
+    """Return what a pipeline file asks for.
+
+    Raises:
+        ConfigError: The file is missing, no TOML, or asks for something unknown.
+    """
+    try:
+        values: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ConfigError(
+            f"the pipeline file {path} does not exist", cure="name an existing one, such as pipelines/smoke.toml"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
+        raise ConfigError(f"{path} cannot be read as TOML: {error}", cure="correct the line named") from error
+    reader = Reader(str(path), path.parent)
+    found, _ = reader.record(_File(), values, "pipeline")
+    if reader.mistakes:
+        allowed = ", ".join(f.name for f in fields(_File))
+        raise ConfigError("\n".join(reader.mistakes), cure=f"a pipeline file has the keys: {allowed}")
+    values = {f.name: getattr(found, f.name) for f in fields(_File)}
+    return replace(Pipeline(**values), config=path.parent / found.config if found.config else None)

@@ -1,0 +1,38 @@
+"""Where a result comes from: version, commit and command line, without user, host or path."""
+
+from __future__ import annotations
+
+import functools
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import __version__
+
+
+@functools.cache
+def provenance() -> Mapping[str, Any]:
+    """Return version, git commit, whether the tree was dirty, and the command line, for ``record.json``."""
+    folder = Path(__file__).parent
+    commit = _git(folder, "rev-parse", "HEAD")
+    return {
+        "hrcneuro": __version__,
+        "commit": commit or "unknown",
+        "dirty": bool(_git(folder, "status", "--porcelain", "--untracked-files=no")) if commit else None,
+        "command": " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])]),
+    }
+
+
+def _anonymous(argument: str) -> str:
+    name, equals, value = argument.partition("=")
+    return f"{name}={_anonymous(value)}" if equals else Path(argument).name if "/" in argument else argument
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, text=True, check=True, timeout=10)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return done.stdout.strip()
