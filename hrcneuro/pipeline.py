@@ -252,7 +252,6 @@ class Run:
             }
         parts = self._parts(task, upstream)
         return Job(
-            module=f"hrcneuro.stages.{task.stage}",
             stage=task.stage,
             unit=task.unit,
             key=self.items[task].key,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import platform
 import time
@@ -13,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hrcneuro import stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.store import Record, Store, explain_os_error
 from hrcneuro.contract import Inputs
@@ -23,7 +23,6 @@ from hrcneuro.errors import HrcError, StageError
 class Job:
     """Everything that a worker needs; it travels between processes."""
 
-    module: str
     stage: str
     unit: str
     key: str
@@ -66,7 +65,7 @@ def execute(job: Job) -> Outcome:
 def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
-    stage = importlib.import_module(job.module)
+    stage = stages.load(job.stage)
     run = stage.run_group if job.unit == "group" else stage.run
     with store.workspace(job.stage, job.unit, job.key) as work, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")

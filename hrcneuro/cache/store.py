@@ -121,7 +121,9 @@ class Store:
 
     def entries(self) -> list[Path]:
         """Return the folders of all visible entries, in the order of their names."""
-        return sorted(p for p in self.root.glob("*/*/*") if p.is_dir() and not any(q.startswith(".") for q in p.parts[-3:]))
+        return sorted(
+            p for p in self.root.glob("*/*/*") if p.is_dir() and not any(q.startswith(".") for q in p.parts[-3:])
+        )
 
     def leftovers(self) -> list[Path]:
         """Return what interrupted runs left behind, and what was quarantined."""
@@ -191,4 +193,3 @@ def _flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-

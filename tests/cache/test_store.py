@@ -1,0 +1,129 @@
+import errno
+import json
+import os
+import threading
+
+import pytest
+from filelock import FileLock
+
+from hrcneuro.cache.store import RECORD, Record, Store, explain_os_error
+from hrcneuro.errors import ConfigError, StageError
+
+NAME = ("preprocess", "s01", "0123456789abcdef")
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "cache")
+
+
+def publish(store, content=b"signal", name=NAME):
+    with store.lock(*name), store.workspace(*name) as work:
+        (work / "data.bin").write_bytes(content)
+        (work / "deep").mkdir()
+        (work / "deep" / "more.txt").write_text("more")
+        return store.publish(Record(*name, parts={"params": {"a": 1}}, outputs={}, summary={"n": 3}), work)
+
+
+def test_a_published_entry_is_found_with_its_summary_and_files(store):
+    publish(store)
+    record = store.lookup(*NAME, verify=True)
+    assert record.summary == {"n": 3}
+    assert sorted(record.outputs) == ["data.bin", "deep/more.txt"]
+    assert store.entries() == [store.folder(*NAME)]
+
+
+def test_nothing_is_visible_before_publish_and_nothing_stays_after_a_failure(store):
+    with pytest.raises(RuntimeError, match="stopped"), store.workspace(*NAME) as work:
+        (work / "half").write_text("half")
+        assert store.entries() == []
+        raise RuntimeError("stopped")
+    assert store.leftovers() == []
+
+
+@pytest.mark.parametrize(
+    ("damage", "word"),
+    [
+        (lambda f: (f / RECORD).unlink(), "record.json"),
+        (lambda f: (f / RECORD).write_text("{"), "record.json"),
+        (lambda f: (f / "data.bin").unlink(), "data.bin is missing"),
+        (lambda f: (f / "data.bin").write_bytes(b"sig"), "3 bytes instead of 6"),
+    ],
+)
+def test_a_damaged_entry_is_no_hit_and_is_named(store, damage, word):
+    publish(store)
+    damage(store.folder(*NAME))
+    assert store.lookup(*NAME) is None
+    assert word in store.diagnose(*NAME)
+
+
+def test_a_changed_byte_of_the_same_length_is_seen_by_verify_only(store):
+    publish(store)
+    (store.folder(*NAME) / "data.bin").write_bytes(b"Signal")
+    assert store.lookup(*NAME) is not None
+    assert store.lookup(*NAME, verify=True) is None
+    assert "content of data.bin" in store.diagnose(*NAME, verify=True)
+
+
+def test_quarantine_moves_the_entry_away_and_keeps_it(store):
+    publish(store)
+    bad = store.quarantine(*NAME)
+    assert store.entries() == []
+    assert (bad / "data.bin").read_bytes() == b"signal"
+
+
+def test_publishing_over_an_entry_replaces_it(store):
+    publish(store)
+    publish(store, b"other!")
+    assert (store.folder(*NAME) / "data.bin").read_bytes() == b"other!"
+    assert store.lookup(*NAME, verify=True) is not None
+
+
+def test_sweep_removes_what_a_dead_process_left_and_spares_what_is_locked(store):
+    for key in ("aaaaaaaaaaaaaaaa", "bbbbbbbbbbbbbbbb"):
+        (store.root / "erp" / "s01" / f".tmp-{key}-1").mkdir(parents=True)
+    with store.lock("erp", "s01", "bbbbbbbbbbbbbbbb"):
+        Store(store.root).sweep()
+    left = [p.name for p in store.leftovers()]
+    assert left == [".tmp-bbbbbbbbbbbbbbbb-1"]
+
+
+def test_the_lock_lets_one_in_at_a_time(store):
+    order = []
+
+    def second():
+        with store.lock(*NAME):
+            order.append("second")
+
+    with store.lock(*NAME):
+        thread = threading.Thread(target=second)
+        thread.start()
+        order.append("first")
+    thread.join()
+    assert order == ["first", "second"]
+    assert not FileLock(store.root / ".locks" / "none.lock").is_locked
+
+
+def test_the_record_names_no_path(store, tmp_path):
+    publish(store)
+    text = (store.folder(*NAME) / RECORD).read_text()
+    assert str(tmp_path) not in text
+    assert json.loads(text)["outputs"]["data.bin"]["size"] == 6
+
+
+@pytest.mark.parametrize(
+    ("number", "kind", "word"),
+    [(errno.ENOSPC, StageError, "full"), (errno.EROFS, ConfigError, "written"), (errno.EIO, StageError, "failed")],
+)
+def test_disk_trouble_has_a_cure(tmp_path, number, kind, word):
+    error = explain_os_error(OSError(number, os.strerror(number)), tmp_path)
+    assert type(error) is kind
+    assert word in error.problem
+    assert error.cure
+
+
+def test_a_cache_that_cannot_be_made_is_a_configuration_error(tmp_path):
+    (tmp_path / "cache").write_text("a file, no folder")
+    store = Store(tmp_path / "cache")
+    with pytest.raises(ConfigError, match="cannot be written"), store.lock(*NAME):
+        pass

@@ -1,0 +1,199 @@
+"""The walk over the graph, on three toy stages: what runs, what is spared, what a failure blocks."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+
+from hrcneuro import pipeline, stages
+from hrcneuro.config import Settings, Shared, Study
+from hrcneuro.contract import option
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.executors import Serial
+from hrcneuro.workdir import Workdir
+
+
+@dataclasses.dataclass(frozen=True)
+class Config:
+    gain: int = option(1, "multiplies")
+    path: str = option("", "where", location=True)
+
+
+class House:
+    """Three toy stages that note what they compute."""
+
+    def __init__(self):
+        self.calls = []
+        self.broken = set()
+
+    def load(self, name):
+        return getattr(self, name)
+
+    @property
+    def source(self):
+        def run(config, inputs, out):
+            self.calls.append(("source", inputs.unit))
+            if inputs.unit in self.broken:
+                raise DataError("no recording", cure="record one")
+            (out / "x.txt").write_text(inputs.unit)
+            (out / "log.txt").write_text(str(config.gain))
+            return {"length": len(inputs.unit)}
+
+        return SimpleNamespace(LIBS=(), INPUTS={}, Config=Config, run=run)
+
+    @property
+    def scale(self):
+        def run(config, inputs, out):
+            self.calls.append(("scale", inputs.unit))
+            (out / "y.txt").write_text(inputs.path("source", "x.txt").read_text() * config.gain)
+            return {}
+
+        return SimpleNamespace(LIBS=(), INPUTS={"source": ("x.txt",)}, Config=Config, run=run)
+
+    @property
+    def total(self):
+        def run_group(config, inputs, out):
+            self.calls.append(("total", inputs.unit))
+            text = "".join(inputs.path("scale", "y.txt", unit=u).read_text() for u in inputs.units("scale"))
+            (out / "z.txt").write_text(text)
+            return {"text": text}
+
+        return SimpleNamespace(LIBS=(), GROUP_INPUTS={"scale": ("*.txt",)}, Config=Config, run_group=run_group)
+
+
+@pytest.fixture
+def house(monkeypatch):
+    house = House()
+    monkeypatch.setattr(stages, "NAMES", ("source", "scale", "total"))
+    monkeypatch.setattr(stages, "load", house.load)
+    monkeypatch.setattr(pipeline, "_BEFORE_EXCLUSION", ("source",))
+    return house
+
+
+@pytest.fixture
+def workdir(tmp_path):
+    return Workdir(tmp_path)
+
+
+def settings(subjects=("a", "b"), exclude=(), **gains):
+    sections = {name: Config(gain=gains.get(name, 1)) for name in ("source", "scale", "total")}
+    return Settings(Study(subjects=subjects, exclude=exclude), Shared(), sections)
+
+
+def bring(found, workdir, *subjects, names=("total",), **options):
+    wanted = pipeline.targets(found, names, subjects)
+    return pipeline.Run(found, workdir, verify=options.pop("verify", False)).run(wanted, Serial(), **options)
+
+
+def states(items):
+    return {f"{i.stage} {i.unit}": i.state for i in items}
+
+
+def test_everything_runs_once_and_is_then_a_hit_with_the_same_summary(house, workdir):
+    first = bring(settings(), workdir)
+    again = bring(settings(), workdir)
+    assert set(states(first).values()) == {"ran"}
+    assert set(states(again).values()) == {"hit"}
+    assert len(house.calls) == 5
+    assert [i.summary for i in first] == [i.summary for i in again]
+
+
+def test_an_unchanged_output_stops_reruns(house, workdir):
+    bring(settings(), workdir)
+    items = bring(settings(source=2), workdir)
+    assert states(items) == {
+        "source a": "ran",
+        "source b": "ran",
+        "scale a": "hit",
+        "scale b": "hit",
+        "total group": "hit",
+    }
+
+
+def test_a_changed_parameter_is_named_and_switching_it_back_is_a_hit(house, workdir):
+    bring(settings(), workdir)
+    changed = {f"{i.stage} {i.unit}": i.why for i in bring(settings(scale=2), workdir)}
+    assert changed["scale a"] == ["params: scale.gain 1 -> 2"]
+    assert changed["total group"] == ["inputs: scale/a/y.txt", "inputs: scale/b/y.txt"]
+    assert set(states(bring(settings(), workdir)).values()) == {"hit"}
+
+
+def test_a_location_does_not_enter_the_key(house, workdir):
+    bring(settings(), workdir)
+    found = settings()
+    sections = {name: dataclasses.replace(c, path="/elsewhere") for name, c in found.sections.items()}
+    assert set(states(bring(dataclasses.replace(found, sections=sections), workdir)).values()) == {"hit"}
+
+
+def test_a_failure_blocks_only_what_stands_on_it(house, workdir):
+    house.broken = {"a"}
+    items = bring(settings(), workdir)
+    assert states(items) == {
+        "source a": "failed",
+        "source b": "ran",
+        "scale a": "blocked",
+        "scale b": "ran",
+        "total group": "blocked",
+    }
+    assert items[0].error.exit_code == 3
+    assert workdir.cache.leftovers() == []
+
+
+def test_a_plan_says_what_would_run_and_touches_nothing(house, workdir):
+    wanted = pipeline.targets(settings(), ["total"], ())
+    items = pipeline.Run(settings(), workdir).plan(wanted)
+    assert set(states(items).values()) == {"would-run"}
+    assert items[0].why == ["never run"]
+    assert items[-1].why == ["inputs: scale of a would run", "inputs: scale of b would run"]
+    assert house.calls == []
+    assert list(workdir.folder.iterdir()) == []
+
+
+def test_force_reruns_what_is_named_and_not_what_it_stands_on(house, workdir):
+    bring(settings(), workdir)
+    items = bring(settings(), workdir, "a", names=("scale",), force=True)
+    assert states(items) == {"source a": "hit", "scale a": "ran"}
+    assert items[1].why == ["forced"]
+
+
+def test_a_corrupt_entry_is_quarantined_and_rebuilt(house, workdir):
+    bring(settings(), workdir)
+    workdir.artifact("scale", "a", "y.txt").write_text("longer than before")
+    items = {f"{i.stage} {i.unit}": i for i in bring(settings(), workdir)}
+    assert items["scale a"].why == ["corrupt: y.txt has 18 bytes instead of 1"]
+    assert items["total group"].state == "hit"
+    assert len(list(workdir.cache.root.glob(".quarantine/*"))) == 1
+
+
+def test_excluded_subjects_stop_before_the_analyses(house, workdir):
+    items = bring(settings(exclude=("b",)), workdir, names=("source", "scale", "total"))
+    assert set(states(items)) == {"source a", "source b", "scale a", "total group"}
+    assert items[-1].summary == {"text": "a"}
+
+
+def test_the_order_of_subjects_changes_nothing(house, tmp_path):
+    keys = [
+        {(i.stage, i.unit): i.key for i in bring(settings(subjects=order), Workdir(tmp_path / "".join(order)))}
+        for order in (("a", "b"), ("b", "a"))
+    ]
+    assert keys[0] == keys[1]
+
+
+def test_moving_the_working_folder_keeps_every_hit(house, tmp_path):
+    bring(settings(), Workdir(tmp_path / "here"))
+    (tmp_path / "here").rename(tmp_path / "there")
+    assert set(states(bring(settings(), Workdir(tmp_path / "there"))).values()) == {"hit"}
+
+
+@pytest.mark.parametrize(
+    ("names", "subjects", "word"),
+    [
+        (["scale"], ["c"], "unknown subject 'c'"),
+        (["scal"], [], "did you mean 'scale'"),
+        (["total"], ["a"], "whole group"),
+        (["scale"], ["group"], "subjects only"),
+    ],
+)
+def test_what_does_not_exist_is_refused_with_the_names_that_do(house, names, subjects, word):
+    with pytest.raises(ConfigError, match=word):
+        pipeline.targets(settings(), names, subjects)
