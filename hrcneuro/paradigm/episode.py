@@ -1,0 +1,57 @@
+"""One episode: from the first tile of the path to the last, move by move, with injected errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hrcneuro.paradigm.grid import STEPS, Tile, displacement, move, toward
+from hrcneuro.paradigm.owners import Owners, actor_of
+from hrcneuro.paradigm.partners import Human, robot_plan
+
+
+@dataclass(frozen=True)
+class Move:
+    """One move as the log knows it; ``executed`` is None where the grid's edge stopped it."""
+
+    trial: int
+    actor: str
+    intended: str
+    executed: str | None
+    target: str
+    error: bool
+    row: int
+    col: int
+    key_wrong: bool
+
+
+def play(
+    path: tuple[Tile, ...], owners: Owners, human: Human, *, error_rate: float, rng: np.random.Generator
+) -> list[Move]:
+    """Return the moves of an episode, the last of which ends on the path's last tile.
+
+    The pending tile of the path advances only when the end-effector stands on it. A move, human's or robot's, is
+    replaced by one of the three other directions with ``error_rate``, unless the move before it was replaced.
+    """
+    moves: list[Move] = []
+    tile, pending, slipped = path[0], 1, False
+    while pending < len(path):
+        target = toward(tile, path[pending])
+        actor = actor_of(owners, tile, target)
+        if actor == "human":
+            intended = human.press(owners, target, first=not moves, rng=rng)
+        else:
+            intended = robot_plan(owners, target)
+        error = not slipped and bool(rng.random() < error_rate)
+        there = move(tile, _other(intended, rng) if error else intended)
+        executed = displacement(tile, there)
+        wrong = actor == "human" and intended not in target
+        moves.append(Move(len(moves), actor, intended, executed, target, error, *there, wrong))
+        tile, slipped = there, error
+        pending += tile == path[pending]
+    return moves
+
+
+def _other(direction: str, rng: np.random.Generator) -> str:
+    return [other for other in STEPS if other != direction][rng.integers(3)]

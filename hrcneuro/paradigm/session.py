@@ -1,0 +1,72 @@
+"""A whole session of one simulated subject (paper §2.4): practice, then main blocks, iC and sC in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.paradigm.conditions import annotate
+from hrcneuro.paradigm.episode import play
+from hrcneuro.paradigm.owners import draw_areas, draw_directions
+from hrcneuro.paradigm.partners import Human, draw_wrong_key_rate
+from hrcneuro.paradigm.paths import draw_path
+from hrcneuro.paradigm.timing import TimingParams, assign_onsets
+
+
+@dataclass(frozen=True)
+class SessionParams:
+    """The protocol and the partners; defaults are the study's.
+
+    ``wrong_key_rate`` None draws the subject's own rate (0.1 to 7 %). Practice has fewer errors in the logs.
+    """
+
+    practice_episodes: int = 5
+    blocks: int = 12
+    episodes_per_block: int = 13
+    error_rate: float = 0.30
+    practice_error_rate: float = 0.22
+    wrong_key_rate: float | None = None
+    vertical_first: float = 0.5
+    timing: TimingParams = field(default_factory=TimingParams)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of the protocol: practice 1..2, or main 1..12, in one scenario."""
+
+    practice: bool
+    number: int
+    scenario: str
+    episodes: int
+
+
+def protocol(params: SessionParams) -> Iterator[Block]:
+    """Yield the blocks in their order: Test 1 (iC) and Test 2 (sC), then main blocks, odd ones iC, even ones sC."""
+    if params.practice_episodes:
+        yield Block(True, 1, "iC", params.practice_episodes)
+        yield Block(True, 2, "sC", params.practice_episodes)
+    for number in range(1, params.blocks + 1):
+        yield Block(False, number, "iC" if number % 2 else "sC", params.episodes_per_block)
+
+
+def simulate_session(params: SessionParams, *, rng: np.random.Generator) -> pd.DataFrame:
+    """Return one row a move of a simulated subject: the trial table without subject and onset_sample, with t_f_s.
+
+    Owners are drawn anew for each block, paths for each episode.
+    """
+    rate = draw_wrong_key_rate(rng)
+    human = Human(rate if params.wrong_key_rate is None else params.wrong_key_rate, params.vertical_first)
+    rows = []
+    for block in protocol(params):
+        owners = draw_directions(rng) if block.scenario == "iC" else draw_areas(rng)
+        error_rate = params.practice_error_rate if block.practice else params.error_rate
+        where = {"scenario": block.scenario, "practice": block.practice, "block": block.number}
+        for episode in range(1, block.episodes + 1):
+            moves = play(draw_path(rng), owners, human, error_rate=error_rate, rng=rng)
+            rows += [where | {"episode": episode} | asdict(move) for move in moves]
+    trials = pd.DataFrame(rows).assign(event="move")
+    trials["executed"] = trials["executed"].astype(object).where(trials["executed"].notna(), None)
+    return annotate(assign_onsets(trials, rng=rng, params=params.timing))

@@ -1,0 +1,95 @@
+"""When moves begin: the arm's travel, the wait for the next partner, pauses and breaks (paper §2.3.1–2.3.2).
+
+The arm needs t_f for a tile. Within 2 mm of its goal, from 0.846 t_f on (minimum jerk, 7 cm), the next command is
+accepted, and the motion starts when the arm is at rest. The robot's own command is there at once; a human presses after
+a reaction time, counted from the moment at which keys are accepted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.paradigm.conditions import EPISODE
+
+START_NEXT = ("at_rest", "in_radius")
+IN_RADIUS = 0.846
+"""Share of t_f after which the end-effector stays within 2 mm of the tile's centre."""
+
+
+@dataclass(frozen=True)
+class TimingParams:
+    """Times in seconds; the defaults give the published 876 ± 134 ms (sC) and 872 ± 131 ms (iC) from onset to onset.
+
+    ``t_f`` is drawn anew for every move between ``t_f_min_s`` and ``t_f_max_s``, beta-distributed with ``t_f_mean_s``
+    and ``t_f_sd_s``. One t_f a session, as the paper may also be read, would spread the subjects' means so far that the
+    published standard deviation left nothing to the moves. ``start_next`` is ``at_rest`` or ``in_radius``.
+    """
+
+    t_f_min_s: float = 0.6
+    t_f_max_s: float = 1.2
+    t_f_mean_s: float = 0.82
+    t_f_sd_s: float = 0.12
+    reaction_mean_s: float = 0.23
+    reaction_sd_s: float = 0.07
+    soa_min_s: float = 0.6
+    start_next: str = "at_rest"
+    lead_in_s: float = 5.0
+    pause_s: float = 1.5
+    break_s: float = 8.0
+
+
+def assign_onsets(
+    trials: pd.DataFrame, *, rng: np.random.Generator, params: TimingParams = TimingParams()
+) -> pd.DataFrame:
+    """Return the moves of one subject with onset_s (seconds from the recording's start) and t_f_s.
+
+    Onsets ascend; the first lies ``lead_in_s`` after the start; an episode begins ``pause_s`` and a block ``break_s``
+    after the end of the one before, each stretched by up to a half at random.
+
+    Args:
+        trials: One row a move in order, with practice, block, episode and actor.
+    """
+    n = len(trials)
+    t_f = _travel(n, rng, params)
+    reaction = np.maximum(_reaction(n, rng, params), 0.0)
+    stretch = rng.uniform(1.0, 1.5, n)
+    human = trials["actor"].to_numpy(dtype=object) == "human"
+    block = trials.groupby(list(EPISODE[:2]), sort=False, observed=True).ngroup().to_numpy()
+    episode = trials.groupby(list(EPISODE), sort=False, observed=True).ngroup().to_numpy()
+
+    accepted = IN_RADIUS * t_f
+    earliest = t_f if params.start_next == "at_rest" else accepted
+    # step[i] is the time from onset i to onset i + 1, whose mover may be a human.
+    command = np.where(human[1:], accepted[:-1] + reaction[1:], accepted[:-1])
+    step = np.maximum(np.maximum(earliest[:-1], command), params.soa_min_s)
+    step += np.where(np.diff(episode) != 0, params.pause_s * stretch[1:], 0.0)
+    step += np.where(np.diff(block) != 0, params.break_s * stretch[1:], 0.0)
+    out = trials.copy()
+    out["onset_s"] = params.lead_in_s + np.concatenate([[0.0], np.cumsum(step)])[:n]
+    out["t_f_s"] = t_f
+    return out
+
+
+def _travel(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+    low, high = params.t_f_min_s, params.t_f_max_s
+    if high <= low or params.t_f_sd_s == 0:
+        return np.full(n, min(max(params.t_f_mean_s, low), high))
+    mean, var = (params.t_f_mean_s - low) / (high - low), (params.t_f_sd_s / (high - low)) ** 2
+    size = mean * (1 - mean) / var - 1
+    if not (0 < mean < 1 and size > 0):
+        raise ValueError(
+            f"t_f of {params.t_f_mean_s} ± {params.t_f_sd_s} s does not fit between {low} and {high} s; "
+            "move the mean inside, or reduce the standard deviation"
+        )
+    return low + (high - low) * rng.beta(mean * size, (1 - mean) * size, n)
+
+
+def _reaction(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+    # Log-normal with the given mean and standard deviation: reaction times are skewed to the right.
+    if params.reaction_mean_s <= 0:
+        return np.zeros(n)
+    spread = np.log1p((params.reaction_sd_s / params.reaction_mean_s) ** 2)
+    return rng.lognormal(np.log(params.reaction_mean_s) - spread / 2, np.sqrt(spread), n)

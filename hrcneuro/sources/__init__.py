@@ -1,0 +1,1 @@
+"""Where moves and recordings come from: the authors' logs and data set, other recordings, simulation."""

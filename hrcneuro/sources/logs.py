@@ -1,0 +1,269 @@
+"""The authors' behaviour logs, ``sNN/subjectNN.csv`` with ``sNN/metadataNN.csv``, as the trial table.
+
+Their peculiarities are dealt with here and nowhere else: x is the row, y the column, after the move; the metadata's
+"End position y" is the start column; in an error whose intended move is north, East and West are logged the wrong way
+round, so the executed direction is taken from the displacement.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.errors import DataError, did_you_mean
+from hrcneuro.sources.layout import dataset_files, refuse_pointer
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_LOG = {
+    "Scenario": "scenario",
+    "Block": "block",
+    "Episode": "episode",
+    "Trial": "trial",
+    "Target direction": "target",
+    "Subject_key_pressed or agent": "key",
+    "Movement direction": "logged",
+    "Error/NonError": "error",
+    "Current x": "row",
+    "Current y": "col",
+}
+_METADATA = {
+    "Block": "block",
+    "Episode": "episode",
+    "Start position x": "start_row",
+    "End position y": "start_col",
+    "Goal position x": "goal_row",
+    "Goal position y": "goal_col",
+    "Agent total movements": "agent_moves",
+    "Interface total movements": "human_moves",
+}
+_SCENARIOS = {"Shared_Responsibility": "iC", "Shared_Workspace": "sC"}
+_TARGETS = {
+    "North": "N", "Northeast": "NE", "East": "E", "Southeast": "SE",
+    "South": "S", "Southwest": "SW", "West": "W", "Northwest": "NW",
+}  # fmt: skip
+_KEYS = {"Agent": "", "Subject Up": "N", "Subject Right": "E", "Subject Down": "S", "Subject Left": "W"}
+_MOVES = {"north": "N", "east": "E", "south": "S", "west": "W"}
+_ERRORS = {"Error": True, "NonError": False}
+_WORDS: dict[str, dict[str, Any]] = {
+    "scenario": _SCENARIOS, "target": _TARGETS, "key": _KEYS, "logged": _MOVES, "error": _ERRORS,
+}  # fmt: skip
+_MIRRORED = {"E": "W", "W": "E"}
+_CURE = "restore the subject's log and metadata from the authors' repository (git checkout)"
+
+
+def read_log(folder: Path, subject: str) -> pd.DataFrame:
+    """Return one row a move of a subject, annotated: the trial table without subject, onset_s and onset_sample.
+
+    Args:
+        folder: The folder that holds ``s01``, ``s02`` …
+        subject: ``s01``.
+
+    Raises:
+        DataError: A file is missing, a Git LFS pointer, truncated, has wrong columns or values, or log and metadata
+            contradict each other.
+    """
+    from hrcneuro.paradigm.conditions import annotate
+
+    files = dataset_files(str(folder), subject, eeg=False)
+    path = files["log"]
+    if "metadata" not in files:
+        raise DataError(
+            f"{subject} has no {path.stem.replace('subject', 'metadata')}.csv, which tells where each episode starts; "
+            f"{path.parent} holds {', '.join(sorted(p.name for p in path.parent.iterdir()))}",
+            cure=_CURE,
+        )
+    log = _translate(_read(path, _LOG), path)
+    metadata = _read(files["metadata"], _METADATA)
+    _compare(log, metadata, path, files["metadata"])
+    return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path))
+
+
+def _read(path: Path, columns: dict[str, str]) -> pd.DataFrame:
+    """Return the named columns of a CSV file under short names; other columns are ignored."""
+    import pandas as pd
+
+    refuse_pointer(path)
+    try:
+        text = pd.read_csv(path, dtype=str, keep_default_na=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise DataError(f"{path.name} cannot be read as CSV: {error}", cure=_CURE) from error
+    missing = [name for name in columns if name not in text]
+    if missing:
+        spare = [str(name) for name in text if name not in columns]
+        raise DataError(
+            f"{path.name} lacks {len(missing)} of {len(columns)} columns, the first {missing[0]!r}"
+            f"{did_you_mean(missing[0], spare)}; it has {', '.join(map(repr, text))}",
+            cure="name the folder that holds the authors' s01, s02 … : --set acquire.path=FOLDER",
+        )
+    table = text[list(columns)].fillna("").rename(columns=columns)
+    for long, short in columns.items():
+        if short in ("episode", "trial", "row", "col") or short.endswith(("_row", "_col", "_moves")):
+            _refuse(~table[short].str.fullmatch(r"\d{1,6}"), table[short], path, long, "a whole number")
+            table[short] = table[short].astype(int)
+    return table
+
+
+def _refuse(bad: pd.Series, values: pd.Series, path: Path, column: str, allowed: str) -> None:
+    """Raise where a value is bad, naming the first, and tell a file cut in the middle of its last line."""
+    if not bad.any():
+        return
+    at = int(bad.to_numpy().argmax())
+    cut = at == len(bad) - 1 and not path.read_bytes().endswith(b"\n")
+    raise DataError(
+        f"{path.name}, line {at + 2}: {column!r} is {values.iloc[at]!r}; allowed: {allowed}"
+        + ("; the file ends within this line, so it is truncated" if cut else ""),
+        cure=_CURE,
+    )
+
+
+def _translate(log: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """Return the log in the trial table's words."""
+    out = log.copy()
+    long = {short: name for name, short in _LOG.items()}
+    for name, words in _WORDS.items():
+        _refuse(~log[name].isin(list(words)), log[name], path, long[name], ", ".join(words))
+        out[name] = log[name].map(words)
+    blocks = log["block"].str.extract(r"^(Test|BLOCK) (\d+)$")
+    _refuse(blocks[0].isna(), log["block"], path, "Block", "Test 1, Test 2, BLOCK 1 … BLOCK 12")
+    out["practice"] = blocks[0] == "Test"
+    out["number"] = blocks[1].astype(int)
+    return out
+
+
+def _compare(log: pd.DataFrame, metadata: pd.DataFrame, path: Path, other: Path) -> None:
+    """Raise unless log and metadata list the same episodes with as many moves of each partner."""
+    keys = ["block", "episode"]
+    said = metadata.set_index(keys)[["agent_moves", "human_moves"]]
+    if said.index.has_duplicates:
+        raise DataError(f"{other.name} lists {_name(said.index[said.index.duplicated()][0])} twice", cure=_CURE)
+    human = log["key"] != ""
+    seen = log.assign(agent_moves=~human, human_moves=human).groupby(keys, sort=False)[list(said)].sum()
+    unknown = seen.index.difference(said.index, sort=False)
+    if len(unknown):
+        raise DataError(
+            f"{path.name} has {_name(unknown[0])}, which {other.name} does not list; they are not of one subject",
+            cure=_CURE,
+        )
+    seen = seen.reindex(said.index, fill_value=0)
+    differ = (seen != said).any(axis=1).to_numpy()
+    if not differ.any():
+        return
+    first = int(differ.argmax())
+    where = _name(said.index[first])
+    got, want = seen.iloc[first], said.iloc[first]
+    counts = (
+        f"{got.agent_moves} moves of the robot and {got.human_moves} of the human, "
+        f"not {want.agent_moves} and {want.human_moves}"
+    )
+    if not seen.iloc[first + 1 :].to_numpy().any() and (got <= want).all():
+        lost = int((said - seen).to_numpy().sum())
+        raise DataError(
+            f"{path.name} is truncated: it ends in {where} with {counts}; {lost} moves are lost", cure=_CURE
+        )
+    raise DataError(
+        f"{path.name} contradicts {other.name}: {where} has {counts} ({int(differ.sum())} of {len(said)} episodes "
+        "differ); they are not of one subject, or one was edited",
+        cure=_CURE,
+    )
+
+
+def _name(episode: Any) -> str:
+    return f"{episode[0]}, episode {episode[1]}"
+
+
+def _trials(log: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """Return the raw columns of the trial table from a log that carries its episodes' start and goal tiles."""
+    import pandas as pd
+
+    episode = log.groupby(["block", "episode"], sort=False)
+    if (episode.cumcount() != log["trial"]).any():
+        line = int((episode.cumcount() != log["trial"]).to_numpy().argmax()) + 2
+        raise DataError(
+            f"{path.name}, line {line}: moves are missing or out of order ('Trial' must count from 0)", cure=_CURE
+        )
+    start_row = episode["row"].shift().fillna(log["start_row"]).astype(int)
+    start_col = episode["col"].shift().fillna(log["start_col"]).astype(int)
+    executed = [_step(*tiles) for tiles in zip(start_row, start_col, log["row"], log["col"], strict=True)]
+    human = log["key"] != ""
+    intended = log["key"].where(human, _robot_plans(log, human))
+    _check_tiles(log, executed, intended, path)
+    key_wrong = [key != "" and key not in target for key, target in zip(log["key"], log["target"], strict=True)]
+    return pd.DataFrame(
+        {
+            "scenario": log["scenario"],
+            "practice": log["practice"],
+            "block": log["number"],
+            "episode": log["episode"],
+            "trial": log["trial"],
+            "actor": human.map({True: "human", False: "robot"}),
+            "intended": intended,
+            "executed": pd.Series([step or None for step in executed], index=log.index, dtype=object),
+            "target": log["target"],
+            "error": log["error"].astype(bool),
+            "row": log["row"],
+            "col": log["col"],
+            "key_wrong": key_wrong,
+            "event": "move",
+        }
+    )
+
+
+def _step(start_row: int, start_col: int, row: int, col: int) -> str:
+    """Return the direction of a displacement, ``""`` for none, ``"?"`` for more than one step or off the grid."""
+    from hrcneuro.paradigm.grid import displacement, inside
+
+    if not inside((row, col)):
+        return "?"
+    try:
+        return displacement((start_row, start_col), (row, col)) or ""
+    except ValueError:
+        return "?"
+
+
+def _robot_plans(log: pd.DataFrame, human: pd.Series) -> pd.Series:
+    """Return what the robot intended: in an error the log tells only what came of it, but its rule is known.
+
+    In iC the human's two directions show in the straight targets on which the human acted.
+    """
+    from hrcneuro.paradigm.owners import Areas, Directions, Owners
+    from hrcneuro.paradigm.partners import robot_plan
+
+    plans = log["logged"].where(~log["error"].astype(bool), "")
+    straight = log["target"].str.len() == 1
+    everywhere = Areas(frozenset())
+    for _, block in log.groupby("block", sort=False):
+        owners: Owners = everywhere
+        if block["scenario"].iloc[0] == "iC":
+            owners = Directions(frozenset(block["target"][straight & human]))
+        todo = block.index[~human[block.index] & (plans[block.index] == "")]
+        plans[todo] = [robot_plan(owners, target) for target in log["target"][todo]]
+    return plans
+
+
+def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, path: Path) -> None:
+    """Raise where a tile cannot follow from the one before, or contradicts the logged direction."""
+    wrong = []
+    for step, plan, logged, error in zip(executed, intended, log["logged"], log["error"], strict=True):
+        # The logs' own mistake: an error on a move that was meant to go north mirrors East and West.
+        true = _MIRRORED.get(logged, logged) if error and plan == "N" else logged
+        wrong.append(step not in ("", true))
+    if any(wrong):
+        at = wrong.index(True)
+        row = log.iloc[at]
+        raise DataError(
+            f"{path.name}, line {at + 2}: the tile ({row.row}, {row.col}) cannot be reached by the logged move from "
+            f"the one before (the metadata's start tile of this episode is ({row.start_row}, {row.start_col})); "
+            "log and metadata are not of one subject, or one was edited",
+            cure=_CURE,
+        )
+    last = log.groupby(["block", "episode"], sort=False).tail(1)
+    astray = last[(last["row"] != last["goal_row"]) | (last["col"] != last["goal_col"])]
+    if len(astray):
+        row = astray.iloc[0]
+        raise DataError(
+            f"{path.name}, line {astray.index[0] + 2}: {_name((row.block, row.episode))} ends on tile "
+            f"({row.row}, {row.col}), not on its goal ({row.goal_row}, {row.goal_col}) of the metadata",
+            cure=_CURE,
+        )
