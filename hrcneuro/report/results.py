@@ -1,0 +1,112 @@
+"""What a run has produced, as the report asks for it: summaries, tables, figures, and what is real in them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import stages
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture that a stage has drawn."""
+
+    stage: str
+    unit: str
+    path: Path
+    caption: str
+
+
+class Results:
+    """The items of a run that are up to date."""
+
+    def __init__(self, settings: Any, items: Sequence[Any]) -> None:
+        self.settings = settings
+        self.items = items
+        self.done = {(i.stage, i.unit): i for i in items if i.state in ("hit", "ran")}
+
+    def units(self, stage: str) -> list[str]:
+        """Return the subjects for which a stage has run."""
+        return sorted(unit for name, unit in self.done if name == stage and unit != "group")
+
+    def included(self, stage: str) -> list[str]:
+        """Return the subjects of a stage that enter the analyses."""
+        return [u for u in self.units(stage) if u in self.settings.included]
+
+    def summary(self, stage: str, unit: str = "group") -> Mapping[str, Any]:
+        """Return a unit's summary; empty where it has not run."""
+        item = self.done.get((stage, unit))
+        return item.summary if item else {}
+
+    def path(self, stage: str, unit: str, name: str) -> Path | None:
+        """Return where an artifact lies, or None."""
+        item = self.done.get((stage, unit))
+        found = item.artifacts.get(name) if item else None
+        return Path(found) if found else None
+
+    def table(self, stage: str, unit: str, name: str) -> Any:
+        """Return a Parquet artifact as a data frame, or None where it does not exist."""
+        from hrcneuro.io.tables import read_table
+
+        path = self.path(stage, unit, name)
+        return None if path is None else read_table(path)
+
+    def record(self, stage: str, unit: str) -> Mapping[str, Any]:
+        """Return the provenance of an entry; empty where it has not run."""
+        item = self.done.get((stage, unit))
+        if item is None or not item.artifacts:
+            return {}
+        path = Path(next(iter(item.artifacts.values())))
+        while not (path / "record.json").is_file():
+            if path == path.parent:
+                return {}
+            path = path.parent
+        return json.loads((path / "record.json").read_text(encoding="utf-8"))
+
+    def figures(self, stage: str) -> list[Figure]:
+        """Return the pictures of a stage, the group's first."""
+        captions: Mapping[str, str] = getattr(stages.load(stage), "FIGURES", {})
+        found = []
+        for unit in ["group", *self.units(stage)]:
+            item = self.done.get((stage, unit))
+            for name, path in sorted(item.artifacts.items()) if item else ():
+                if name.endswith(".png"):
+                    found.append(Figure(stage, unit, Path(path), captions.get(name, name)))
+        return found
+
+    def warnings(self) -> list[str]:
+        """Return what the stages want a reader to know."""
+        lines = []
+        for (stage, unit), item in sorted(self.done.items()):
+            lines += [f"{stage} {unit}: {w}" for w in item.summary.get("warnings", ())]
+        return lines
+
+    @cached_property
+    def reality(self) -> tuple[str, str]:
+        """Return (short word, sentence) on what is real in the data: real, semi-synthetic or synthetic."""
+        summaries = [self.summary("acquire", u) for u in self.units("acquire")]
+        real = [s.get("real", {}) for s in summaries]
+        eeg = {bool(r.get("eeg")) for r in real}
+        behaviour = {bool(r.get("behaviour")) for r in real}
+        if not real:
+            return "no data", "No recording has been acquired yet."
+        if eeg == {True}:
+            return "real", "The EEG and the events are real recordings."
+        if eeg == {False} and behaviour == {True}:
+            return (
+                "semi-synthetic",
+                "The behaviour is real: logs of people at work. The EEG is SYNTHETIC, simulated around their moves. "
+                "Nothing below about brains is a finding.",
+            )
+        if eeg == {False}:
+            return (
+                "synthetic",
+                "Behaviour and EEG are both SYNTHETIC, drawn by a simulation in which the effect was planted. "
+                "Nothing below is a finding about people.",
+            )
+        return "mixed", "Some subjects' EEG is real, some is SYNTHETIC; the provenance table says which."

@@ -1,0 +1,101 @@
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hrcneuro.coercion import Reader
+from hrcneuro.contract import option
+
+
+@dataclass(frozen=True)
+class Inner:
+    kind: str = option("eeglab", "which", choices=("eeglab", "perrin"))
+    order: int = option(4, "m", low=1, high=9)
+
+
+@dataclass(frozen=True)
+class Config:
+    l_freq: float = option(1.0, "edge", unit="Hz", low=0, open_low=True, high=100)
+    names: tuple[str, ...] = option((), "names")
+    window: tuple[float, ...] = option((0.0, 1.0), "span", low=-1, high=2)
+    labels: dict[str, str] = option({}, "map")
+    limit: float | None = option(None, "optional")
+    on: bool = option(False, "switch")
+    path: str = option("", "where", location=True)
+    inner: Inner = option(Inner(), "nested")
+    many: dict[str, Inner] = option({}, "several")
+    table: dict[str, str] = option({}, "shared", shared="conditions")
+
+
+def read(values, **how):
+    reader = Reader(how.pop("source", "study.toml"), Path("/home"), **how)
+    config, origins = reader.record(Config(), values, "preprocess")
+    return config, origins, reader.mistakes
+
+
+def test_values_of_every_type_are_read_with_their_origin():
+    config, origins, mistakes = read(
+        {
+            "l_freq": 2,
+            "names": ["Cz"],
+            "window": [0, 1.5],
+            "labels": {"S1": "move"},
+            "limit": 3,
+            "on": True,
+            "path": "data",
+            "inner": {"order": 5},
+            "many": {"own": {"kind": "perrin"}},
+        }
+    )
+    assert mistakes == []
+    assert config == Config(
+        2.0, ("Cz",), (0.0, 1.5), {"S1": "move"}, 3.0, True, "/home/data", Inner(order=5), {"own": Inner("perrin")}
+    )
+    assert origins["preprocess.inner.order"] == "study.toml"
+    assert "preprocess.table" not in origins
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"l_frq": 1}, ["study.toml", "preprocess.l_frq", "did you mean 'l_freq'"]),
+        ({"l_freq": "one"}, ["preprocess.l_freq = 'one'", "a string", "a number"]),
+        ({"l_freq": True}, ["true or false", "a number"]),
+        ({"l_freq": 0}, ["0 < l_freq <= 100 Hz"]),
+        ({"l_freq": float("nan")}, ["0 < l_freq <= 100 Hz"]),
+        ({"window": [0, 5]}, ["preprocess.window[1] = 5.0", "-1 <= window <= 2"]),
+        ({"names": "Cz"}, ["a list of a string"]),
+        ({"labels": ["a"]}, ["a table of a string"]),
+        ({"inner": {"kind": "perin"}}, ["did you mean 'perrin'", "eeglab, perrin"]),
+        ({"inner": {"order": 1.5}}, ["a whole number"]),
+        ({"many": {"own": {"kin": "x"}}}, ["preprocess.many.own.kin", "did you mean 'kind'"]),
+        ({"table": {"a": "b"}}, ["top-level 'conditions'"]),
+        ({"zzz": 1}, ["unknown key preprocess.zzz", "allowed: inner"]),
+    ],
+)
+def test_a_mistake_names_source_key_value_and_what_is_allowed(values, words):
+    config, _, mistakes = read(values)
+    assert len(mistakes) == 1
+    for word in words:
+        assert word in mistakes[0]
+    assert config.l_freq == 1.0
+
+
+def test_all_mistakes_are_found_at_once():
+    _, _, mistakes = read({"l_frq": 1, "on": 3, "inner": {"kind": "x", "order": 0}})
+    assert len(mistakes) == 4
+
+
+@given(st.text(min_size=1))
+def test_a_string_from_the_command_line_stays_what_was_typed(text):
+    config, _, mistakes = read({"names": [text]}, from_text=True)
+    assert mistakes == []
+    assert config.names == (text,)
+
+
+def test_a_number_on_the_command_line_may_stand_for_a_string():
+    config, _, _ = read({"labels": {"33025": 1}, "path": "/abs"}, from_text=True, source="--set")
+    assert config.labels == {"33025": "1"}
+    assert config.path == "/abs"
