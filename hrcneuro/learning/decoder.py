@@ -1,0 +1,101 @@
+"""What the robot hears: Eq 4, a decoder that is right at one of four rates."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+from typing import Protocol
+
+import numpy as np
+
+from hrcneuro.learning.task import Draws, actors, previous_actors
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Per cent of correct decisions in the four situations of Table 1; the first letter acted last, the second next."""
+
+    tnr_hh: float
+    tpr_hr: float
+    tnr_rr: float
+    tpr_rh: float
+
+    def __post_init__(self) -> None:
+        for name, value in zip(("TNR_HH", "TPR_HR", "TNR_RR", "TPR_RH"), astuple(self), strict=True):
+            if not 0 <= value <= 100:
+                raise ValueError(f"{name} is {value:g} %; allowed are 0 to 100")
+
+    @classmethod
+    def level(cls, percent: float) -> Rates:
+        """Return four equal rates (the hypothetical levels of SIM2)."""
+        return cls(percent, percent, percent, percent)
+
+    @property
+    def by_case(self) -> np.ndarray:
+        """The rates by :func:`case`, shape (4,): RR, RH, HR, HH."""
+        return np.array([self.tnr_rr, self.tpr_rh, self.tpr_hr, self.tnr_hh])
+
+
+PAPER = Rates(51.5, 51.4, 57.9, 56.1)  # Table 2, intermittent collaboration
+
+
+def case(before: np.ndarray, acting: np.ndarray) -> np.ndarray:
+    """Return the situation of each event as 2·(human before) + (human now), uint8: RR 0, RH 1, HR 2, HH 3."""
+    return (before.view(np.uint8) << 1) | acting.view(np.uint8)
+
+
+def decide(before: np.ndarray, acting: np.ndarray, epsilon: np.ndarray, rates: Rates) -> np.ndarray:
+    """Return the predicted next action of Eq 4, bool (true: the human), same shape as the arguments.
+
+    A draw of U(0, 100) not above the situation's rate gives who really acts next, any other draw the other one.
+    """
+    correct = epsilon <= rates.by_case[case(before, acting)]
+    return correct == acting
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What a decoder says about each event; every array has shape (episodes, events, repetitions).
+
+    Attributes:
+        predicted: Who acts next, bool (true: the human).
+        decision: Log-odds of human against robot that the decision alone carries.
+        graded: The same from the decoder's graded score.
+    """
+
+    predicted: np.ndarray
+    decision: np.ndarray | None = None
+    graded: np.ndarray | None = None
+
+    def first(self, repetitions: int) -> Heard:
+        """Return the first repetitions only."""
+        parts = (self.predicted, self.decision, self.graded)
+        return Heard(*(None if part is None else part[..., :repetitions] for part in parts))  # type: ignore[arg-type]
+
+
+class Decoder(Protocol):
+    """Anything that the robot can listen to."""
+
+    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+        """Return the answers to all events; with ``evidence`` the log-odds too."""
+
+
+@dataclass(frozen=True)
+class CoinFlips:
+    """The paper's simulated decoder: independent answers at four rates."""
+
+    rates: Rates
+
+    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+        """Return Eq 4's answers; the log-odds are those of :mod:`hrcneuro.learning.evidence`."""
+        acting = actors(draws)
+        before = previous_actors(acting, carry_over=draws.task.carry_over)
+        predicted = decide(before, acting, draws.epsilon, self.rates)
+        if not evidence:
+            return Heard(predicted)
+        from hrcneuro.learning.evidence import decision_odds, graded_odds
+
+        return Heard(
+            predicted,
+            decision_odds(before, predicted, self.rates),
+            graded_odds(before, acting, draws.epsilon, self.rates),
+        )

@@ -1,0 +1,112 @@
+"""The joint task of §3.1–3.2: subtasks, who takes them, and every random draw of a repetition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+MOST_SUBTASKS = 32
+REASSIGN = ("never", "once", "every")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task of ``subtasks`` (the paper's n) of which the human takes ``chosen`` (m), in episodes of ``events`` (o).
+
+    Args:
+        reassign: ``never``; ``once`` after ``period`` episodes; ``every`` ``period`` episodes. An independent redraw.
+        carry_over: The event before an episode's first is the last of the episode before; otherwise there is none,
+            and the first event teaches nothing.
+    """
+
+    subtasks: int = 4
+    chosen: int = 2
+    episodes: int = 200
+    events: int = 10
+    reassign: str = "never"
+    period: int = 40
+    carry_over: bool = False
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.subtasks <= MOST_SUBTASKS:
+            raise ValueError(f"subtasks is {self.subtasks}; allowed are 2 to {MOST_SUBTASKS}")
+        if not 1 <= self.chosen < self.subtasks:
+            raise ValueError(f"the human's subtasks are {self.chosen} of {self.subtasks}; allowed are 1 to n - 1")
+        if self.episodes < 1 or self.events < 1 or self.period < 1:
+            raise ValueError(
+                f"episodes, events and period are {self.episodes}, {self.events}, {self.period}; each must be 1 or more"
+            )
+        if self.reassign not in REASSIGN:
+            raise ValueError(f"reassign is {self.reassign!r}; allowed are {', '.join(REASSIGN)}")
+
+    @property
+    def segment(self) -> np.ndarray:
+        """Which assignment holds in each episode, shape (episodes,)."""
+        segment = np.arange(self.episodes) // self.period
+        return np.minimum(segment, {"never": 0, "once": 1, "every": len(segment)}[self.reassign])
+
+
+@dataclass(frozen=True)
+class Draws:
+    """All that chance decides, for some repetitions at once.
+
+    Attributes:
+        subtask: The subtask of each event, uint8, shape (episodes, events, repetitions).
+        human: Which subtasks are the human's, bool, shape (assignments, subtasks, repetitions).
+        epsilon: Eq 4's draw from U(0, 100), float64, shape (episodes, events, repetitions).
+    """
+
+    task: Task
+    subtask: np.ndarray
+    human: np.ndarray
+    epsilon: np.ndarray
+
+    @property
+    def repetitions(self) -> int:
+        """The number of repetitions."""
+        return self.subtask.shape[2]
+
+    def first(self, repetitions: int) -> Draws:
+        """Return the first repetitions only."""
+        keep = slice(repetitions)
+        return Draws(self.task, self.subtask[..., keep], self.human[..., keep], self.epsilon[..., keep])
+
+
+def draw(task: Task, repetitions: int, rng: np.random.Generator) -> Draws:
+    """Return fresh episodes, assignments and decoder draws (§3.2); the sequences are new in every episode."""
+    shape = (task.episodes, task.events, repetitions)
+    subtask = rng.integers(0, task.subtasks, size=shape, dtype=np.uint8)
+    assignments = int(task.segment[-1]) + 1
+    order = rng.random((assignments, task.subtasks, repetitions)).argsort(axis=1)
+    return Draws(task, subtask, order < task.chosen, rng.random(shape) * 100.0)
+
+
+def actors(draws: Draws) -> np.ndarray:
+    """Return whether the human acts, bool, shape (episodes, events, repetitions)."""
+    # A bit a subtask: one shift beats a gather from the table by a factor of three.
+    task = draws.task
+    bits = np.uint32(1) << np.arange(task.subtasks, dtype=np.uint32)
+    mask = (draws.human * bits[:, None]).sum(axis=1, dtype=np.uint32)
+    return (mask[task.segment][:, None] >> draws.subtask) & np.uint32(1) != 0
+
+
+def previous_actors(acting: np.ndarray, *, carry_over: bool) -> np.ndarray:
+    """Return whether the human did the event before, same shape as ``acting``.
+
+    An episode's first event has no event before it unless ``carry_over``; its value then means nothing, and
+    :func:`taught` says so.
+    """
+    before = np.empty_like(acting)
+    before[:, 1:] = acting[:, :-1]
+    before[1:, 0] = acting[:-1, -1] if carry_over else False
+    before[0, 0] = False
+    return before
+
+
+def taught(task: Task) -> np.ndarray:
+    """Return which events lead to an update, bool, shape (episodes, events): those with an event before them."""
+    has_before = np.ones((task.episodes, task.events), bool)
+    has_before[:, 0] = task.carry_over
+    has_before[0, 0] = False
+    return has_before
