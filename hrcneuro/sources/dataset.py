@@ -1,0 +1,68 @@
+"""The authors' repository as it stands: recording and log of one subject, brought together."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pandas as pd
+
+from hrcneuro.errors import DataError
+from hrcneuro.sources.formats import read_recording
+from hrcneuro.sources.layout import dataset_files
+from hrcneuro.sources.logs import read_log
+from hrcneuro.sources.matching import Match, histogram, listed, match_onsets
+from hrcneuro.sources.recording import Recording
+
+
+def read_eeg(folder: str, subject: str) -> Recording:
+    """Return a subject's recording.
+
+    Raises:
+        DataError: A file is missing, truncated, a Git LFS pointer or unreadable.
+    """
+    return read_recording(dataset_files(folder, subject)["set"])
+
+
+def read_trials(folder: str, subject: str, recording: Recording) -> pd.DataFrame:
+    """Return a subject's annotated log; where it cannot be used, the message also shows the recording's markers.
+
+    Raises:
+        DataError: The log is missing, truncated or contradicts its metadata.
+    """
+    try:
+        return read_log(Path(folder).expanduser(), subject)
+    except DataError as error:
+        rows = _rows(dataset_files(folder, subject)["log"])
+        text = f"{error.problem}\n  markers: {listed(histogram(recording.markers))}\n  log rows: {listed(rows)}"
+        raise DataError(text, cure=error.cure) from error
+
+
+def place(trials: pd.DataFrame, match: Match) -> pd.DataFrame:
+    """Return the log with the onsets of its moves, annotated anew for the time from onset to onset."""
+    from hrcneuro.paradigm.conditions import annotate
+
+    return annotate(trials.assign(onset_s=match.onsets_s))
+
+
+def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Recording, pd.DataFrame]:
+    """Return recording and trials of a subject; each trial carries the onset of its marker.
+
+    Raises:
+        DataError, ConfigError: Files, markers or log cannot be used together; the message says where they differ.
+    """
+    recording = read_eeg(folder, subject)
+    trials = read_trials(folder, subject, recording)
+    match = match_onsets(recording.markers, trials, event=onset_event, subject=subject)
+    recording.notes += match.notes
+    return recording, place(trials, match)
+
+
+def _rows(path: Path) -> dict[str, int]:
+    """Return the rows of a log a block, whatever else may be wrong with it."""
+    counts: dict[str, int] = {}
+    with path.open(encoding="utf-8", errors="replace", newline="") as file:
+        for row in csv.DictReader(file):
+            name = row.get("Block") or "(no block)"
+            counts[name] = counts.get(name, 0) + 1
+    return counts

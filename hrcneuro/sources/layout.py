@@ -1,0 +1,155 @@
+"""Where a subject's files lie, and whether they are what their names say. No numeric library: every plan asks this."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+SUBJECT = "{subject}"
+READABLE = (".vhdr", ".set", ".fif", ".fif.gz", ".edf", ".bdf", ".xdf", ".xdfz", ".xdf.gz")
+_LFS = b"version https://git-lfs.github.com/spec"
+
+
+def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, Path]:
+    """Return label -> file of one subject in the authors' layout: ``sNN/sNN.set``, ``.fdt``, ``subjectNN.csv``,
+    ``metadataNN.csv``.
+
+    Labels are ``set``, ``fdt``, ``log`` and ``metadata``. Without ``eeg`` only the logs are asked for. The ``.fdt``
+    and the metadata are left out where they are absent: a ``.set`` may hold its own data.
+
+    Raises:
+        ConfigError: No path is configured.
+        DataError: The folder, the subject, its recording or its log is missing.
+    """
+    root = _root(folder)
+    if not root.is_dir():
+        raise DataError(
+            f"the data folder {root} {'is a file' if root.exists() else 'does not exist'}",
+            cure="name the folder that holds s01, s02 …: --set acquire.path=FOLDER",
+        )
+    home = root / subject
+    if not home.is_dir():
+        have = sorted(p.name for p in root.iterdir() if p.is_dir() and re.fullmatch(r"s\d+", p.name))
+        raise DataError(
+            f"{root} has no subject {subject!r}{did_you_mean(subject, have)}; subjects found: {_span(have)}",
+            cure="name one of them, or point acquire.path to the folder that holds the subject",
+        )
+    number = subject.lstrip("s")
+    found = {"log": home / f"subject{number}.csv"}
+    if eeg:
+        found["set"] = home / f"{subject}.set"
+    for label, path in found.items():
+        if not path.is_file():
+            raise DataError(
+                f"{subject} has no {path.name} ({'recording' if label == 'set' else 'log'}); "
+                f"{home} holds {_span(sorted(p.name for p in home.iterdir()))}",
+                cure=_missing(label),
+            )
+    optional = {"metadata": home / f"metadata{number}.csv"} | ({"fdt": home / f"{subject}.fdt"} if eeg else {})
+    return found | {label: path for label, path in optional.items() if path.is_file()}
+
+
+def recording_files(pattern: str, subject: str) -> dict[str, Path]:
+    """Return label -> file of a recording and its companions (BrainVision's data and markers, EEGLAB's ``.fdt``,
+    the parts of a split FIF); ``{subject}`` in the pattern stands for the subject.
+
+    The recording itself has the label ``recording``.
+
+    Raises:
+        ConfigError: No path is configured, or its format is not among those that can be read.
+        DataError: The file is missing; the message names the subjects that are there.
+    """
+    path = _root(pattern.replace(SUBJECT, subject))
+    if not path.name.lower().endswith(READABLE):
+        what = "is a folder" if path.is_dir() else f"has the ending {path.suffix or '(none)'!r}"
+        raise ConfigError(
+            f"acquire.path: {path.name} {what}; recordings that can be read: {', '.join(READABLE)}",
+            cure="name the recording's header file, with {subject} where the subjects' paths differ",
+        )
+    if not path.is_file():
+        have = _subjects(pattern)
+        here = f"subjects found: {_span(have)}" if SUBJECT in pattern else f"{path.parent} holds {_siblings(path)}"
+        raise DataError(
+            f"the recording {path} of {subject} does not exist{did_you_mean(subject, have)}; {here}",
+            cure="correct acquire.path, or name a subject that is there",
+        )
+    return {"recording": path} | _companions(path)
+
+
+def refuse_pointer(path: Path) -> None:
+    """Refuse a file that is only Git LFS's stand-in for the real one.
+
+    Raises:
+        DataError: It is a pointer; the cure is the command that fetches the content.
+    """
+    with path.open("rb") as file:
+        head = file.read(len(_LFS))
+    if head == _LFS:
+        raise DataError(
+            f"{path.name} is a Git LFS pointer of {path.stat().st_size} bytes, not the data",
+            cure=f"fetch the content in that repository: git lfs install && git lfs pull --include '*/{path.name}'",
+        )
+
+
+def _root(path: str) -> Path:
+    if not path:
+        raise ConfigError(
+            "acquire.path is empty; the source needs to know where its files lie",
+            cure='--set acquire.path=PATH, or path = "…" under [acquire]',
+        )
+    return Path(path).expanduser()
+
+
+def _missing(label: str) -> str:
+    if label == "log":
+        return "the log is part of the authors' repository: check that the checkout is complete (git status)"
+    return (
+        "the recording is part of the authors' repository (git lfs pull where it uses LFS); to use the logs with "
+        "synthetic EEG: --set acquire.source=semisynthetic"
+    )
+
+
+def _companions(path: Path) -> dict[str, Path]:
+    name = path.name.lower()
+    if name.endswith(".vhdr"):
+        keys = {"DataFile": "data", "MarkerFile": "markers"}
+        text = path.read_text(encoding="utf-8", errors="replace")
+        found = {keys[m[1]]: m[2].strip() for m in re.finditer(r"^(DataFile|MarkerFile)=(.*)$", text, re.MULTILINE)}
+        files = {label: path.parent / file.replace("$b", path.stem) for label, file in found.items() if file}
+    elif name.endswith(".set"):
+        files = {"fdt": path.with_suffix(".fdt")}
+    elif name.endswith(".fif"):
+        parts = re.compile(re.escape(path.stem) + r"-\d+\.fif")
+        files = {p.name.removeprefix(path.stem): p for p in path.parent.iterdir() if parts.fullmatch(p.name)}
+    else:
+        files = {}
+    return {label: file for label, file in files.items() if file.is_file()}
+
+
+def _subjects(pattern: str) -> list[str]:
+    """Return the subjects for which a file of the pattern exists."""
+    if SUBJECT not in pattern:
+        return []
+    path = Path(pattern).expanduser()
+    first = next(i for i, part in enumerate(path.parts) if SUBJECT in part)
+    base = Path(*path.parts[:first])
+    glob = "/".join(part.replace(SUBJECT, "*") for part in path.parts[first:])
+    # The same subject may stand in the path several times: a backreference asks that they agree.
+    before, *rest = (re.escape(piece) for piece in str(path).split(SUBJECT))
+    shape = re.compile(before + "(?P<subject>[^/]+)" + "(?P=subject)".join(rest))
+    hits = (shape.fullmatch(str(p)) for p in base.glob(glob))
+    return sorted({hit["subject"] for hit in hits if hit})
+
+
+def _siblings(path: Path) -> str:
+    if not path.parent.is_dir():
+        return "nothing (the folder does not exist)"
+    return _span(sorted(p.name for p in path.parent.iterdir() if p.name.lower().endswith(READABLE)))
+
+
+def _span(names: list[str], most: int = 12) -> str:
+    if len(names) > most:
+        return f"{', '.join(names[: most - 1])} … {names[-1]}"
+    return ", ".join(names) or "none"

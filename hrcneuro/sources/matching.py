@@ -1,0 +1,198 @@
+"""Which marker is a movement onset: codes counted and matched to the rows of the log.
+
+The authors' code for a movement onset is not documented, so the counts decide: a code that occurs as often as the log
+has rows, with the practice blocks or without. Anything else is refused, with both sides shown.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+# With a log of another subject the pauses between markers fall anywhere: 0.5 ± 0.02. Real ones separate near 1.
+_LEAST_SEPARATION = 0.6
+
+
+@dataclass(frozen=True)
+class Match:
+    """A log matched to markers: ``onsets_s`` has one value a row of the log, NaN for rows without a marker."""
+
+    event: str
+    onsets_s: np.ndarray
+    notes: list[str]
+
+
+def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = "", subject: str = "") -> Match:
+    """Return the onset of every row of a log.
+
+    Args:
+        markers: Columns onset_s and event, in order of time.
+        trials: The log's rows in order, with practice, block and episode.
+        event: The onset's code where known; codes joined by ``+`` count together. Empty: found by counting.
+        subject: Named in messages.
+
+    Raises:
+        DataError: The recording has no markers, or no code fits the log; the message shows the first disagreement
+            and how often each code and each block occurs.
+        ConfigError: ``event`` names a code that does not occur, or several codes fit.
+    """
+    if markers.empty:
+        raise DataError(
+            f"the recording of {subject} has no markers; its log has {len(trials)} moves",
+            cure="check that the recording was saved with its events",
+        )
+    wanted = _wanted(trials)
+    names = _named(event, markers) if event else _found(markers, set(wanted), subject)
+    onsets = _onsets(markers, names)
+    if len(onsets) not in wanted:
+        raise DataError(
+            disagreement(markers, trials, names, subject=subject),
+            cure="check that recording and log are of the same subject and complete; if another code marks the "
+            "onsets, name it (acquire.onset_event); hrcneuro acquire SUBJECT --inspect shows both sides",
+        )
+    rows = wanted[len(onsets)]
+    filled = np.full(len(trials), np.nan)
+    filled[rows] = onsets
+    notes = [f"movement onsets: code {'+'.join(names)}, {len(onsets)} markers for {len(trials)} rows of the log"]
+    if len(onsets) < len(trials):
+        notes.append("the practice blocks have no markers")
+    share = separation(onsets, trials.loc[rows])
+    notes.append(f"pauses between markers fall between the log's episodes: {share:.3f} (1 always, 0.5 by chance)")
+    if share < _LEAST_SEPARATION and not event:
+        raise DataError(
+            f"{subject} has as many markers {names[0]} as rows in the log ({len(onsets)}), but the pauses between "
+            f"markers do not fall between the log's episodes ({share:.2f}; 1 is always, 0.5 by chance): the log seems "
+            "to be another subject's",
+            cure=f"check the log; if it is right, say so: acquire.onset_event = '{names[0]}'",
+        )
+    return Match("+".join(names), filled, notes)
+
+
+def histogram(markers: pd.DataFrame) -> dict[str, int]:
+    """Return how often each marker occurs, the most frequent first."""
+    counts = markers["event"].value_counts(sort=False)
+    return {str(name): int(counts[name]) for name in sorted(counts.index, key=lambda n: (-counts[n], str(n)))}
+
+
+def block_rows(trials: pd.DataFrame) -> dict[str, int]:
+    """Return the log's number of rows a block, practice blocks as ``Test 1``, main blocks as ``BLOCK 1``."""
+    return {str(name): int(n) for name, n in _labels(trials).value_counts(sort=False).items()}
+
+
+def listed(counts: Mapping[str, int]) -> str:
+    """Return counts as one line of text."""
+    return ", ".join(f"{name} × {n}" for name, n in counts.items()) or "none"
+
+
+def separation(onsets: np.ndarray, trials: pd.DataFrame) -> float:
+    """Return how well the pauses between onsets tell the log's episodes apart.
+
+    It is the probability that the time before an episode's first move is longer than that before another move (the
+    area under the ROC curve), 1.0 where there is nothing to tell apart.
+    """
+    from scipy.stats import rankdata
+
+    first = ~trials.duplicated(["practice", "block", "episode"]).to_numpy()[1:]
+    n, m = int(first.sum()), int((~first).sum())
+    if not n or not m:
+        return 1.0
+    ranks = rankdata(np.diff(onsets))
+    return float((ranks[first].sum() - n * (n + 1) / 2) / (n * m))
+
+
+def disagreement(markers: pd.DataFrame, trials: pd.DataFrame, names: list[str], *, subject: str = "") -> str:
+    """Return what differs between markers and log: totals, the first block and episode, and both histograms."""
+    counts = histogram(markers)
+    wanted = _wanted(trials)
+    names = names or [min(counts, key=lambda c: min(abs(counts[c] - n) for n in wanted))]
+    onsets = _onsets(markers, names)
+    nearest = min(wanted, key=lambda n: abs(n - len(onsets)))
+    text = [
+        f"the markers of {subject or 'the recording'} do not match its log: "
+        f"{len(trials)} rows ({len(trials) - int(trials['practice'].sum())} without practice), "
+        f"code {'+'.join(names)} occurs {len(onsets)} times ({len(onsets) - nearest:+d})",
+        f"  first disagreement: {_first_difference(onsets, trials.loc[wanted[nearest]])}",
+        f"  markers: {listed(counts)}",
+        f"  log rows: {listed(block_rows(trials))}",
+    ]
+    pairs = [f"{a}+{b}" for a, b in itertools.combinations(counts, 2) if counts[a] + counts[b] in wanted]
+    if pairs:
+        text.append(f"  together these occur as often as the log has rows: {', '.join(pairs[:3])}")
+    return "\n".join(text)
+
+
+def _wanted(trials: pd.DataFrame) -> dict[int, np.ndarray]:
+    """Return number of rows -> mask over the log: all rows, and those of main blocks."""
+    main = ~trials["practice"].to_numpy(bool)
+    return {int(main.sum()): main} | {len(trials): np.ones(len(trials), bool)}
+
+
+def _onsets(markers: pd.DataFrame, names: list[str]) -> np.ndarray:
+    return markers.loc[markers["event"].isin(names), "onset_s"].to_numpy(float)
+
+
+def _named(event: str, markers: pd.DataFrame) -> list[str]:
+    names = [name.strip() for name in event.split("+")]
+    have = histogram(markers)
+    for name in names:
+        if name not in have:
+            raise ConfigError(
+                f"acquire.onset_event = {event!r}: the recording has no marker {name!r}{did_you_mean(name, have)}; "
+                f"its markers: {listed(have)}",
+                cure="name a marker that occurs, or leave acquire.onset_event empty to count",
+            )
+    return names
+
+
+def _found(markers: pd.DataFrame, wanted: set[int], subject: str) -> list[str]:
+    """Return the only code whose count fits, or none."""
+    fits = [name for name, count in histogram(markers).items() if count in wanted]
+    if len(fits) > 1:
+        first = {name: float(_onsets(markers, [name])[0]) for name in fits}
+        raise ConfigError(
+            f"several codes of {subject} occur as often as the log has rows: "
+            + ", ".join(f"{name} (first at {first[name]:.3f} s)" for name in sorted(fits, key=first.__getitem__)),
+            cure=f"say which marks the onset: acquire.onset_event = '{min(fits, key=first.__getitem__)}'",
+        )
+    return fits
+
+
+def _first_difference(onsets: np.ndarray, trials: pd.DataFrame) -> str:
+    """Return the first block, and in it the first episode, whose number of rows and markers differ.
+
+    Blocks and episodes are told apart in the recording by the longest pauses between markers.
+    """
+    labels = _labels(trials)
+    blocks = list(dict.fromkeys(labels))
+    runs = _cut(onsets, len(blocks))
+    for block, run in zip(blocks, runs, strict=False):
+        rows = trials[(labels == block).to_numpy()]
+        if len(run) == len(rows):
+            continue
+        sizes = rows.groupby("episode", sort=False).size()
+        parts = _cut(run, len(sizes))
+        where = f"{block} has {len(rows)} rows and {len(run)} markers"
+        for (episode, size), part in zip(sizes.items(), parts, strict=False):
+            if size != len(part):
+                return f"{where}; its episode {episode} {size} rows and {len(part)} markers, from {part[0]:.3f} s"
+        return where
+    return f"row {min(len(onsets), len(trials)) + 1} of the log"
+
+
+def _cut(onsets: np.ndarray, pieces: int) -> list[np.ndarray]:
+    """Return the onsets in ``pieces`` runs, cut at the longest pauses."""
+    if pieces < 2 or len(onsets) < pieces:
+        return [onsets] if len(onsets) else []
+    longest = np.argsort(-np.diff(onsets), kind="stable")[: pieces - 1]
+    return np.split(onsets, np.sort(longest) + 1)
+
+
+def _labels(trials: pd.DataFrame) -> pd.Series:
+    kind = trials["practice"].map({True: "Test", False: "BLOCK"})
+    return kind.astype(str) + " " + trials["block"].astype(str)

@@ -1,0 +1,142 @@
+"""A recording in memory, whatever it came from: volts, named and typed channels, markers, breaks."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.errors import DataError
+
+if TYPE_CHECKING:
+    import mne
+
+# Types that later stages know; other channels of a recording are left out.
+CHANNEL_TYPES = ("eeg", "eog", "ecg", "emg", "misc", "stim")
+_SIGNALS = ("eeg", "eog")
+
+
+@dataclass
+class Recording:
+    """A continuous recording.
+
+    ``data``: channels × samples, volts (stim channels: codes). ``markers``: columns onset_s (from the first sample, not
+    rounded to one) and event, in order of time. ``breaks_s``: where a new segment begins, the first one left out.
+    ``spans``: stretches marked bad, as (onset_s, duration_s, text). ``montage``: EEG positions, where known.
+    """
+
+    data: np.ndarray
+    ch_names: list[str]
+    ch_types: list[str]
+    sfreq: float
+    markers: pd.DataFrame
+    breaks_s: list[float] = field(default_factory=list)
+    spans: list[tuple[float, float, str]] = field(default_factory=list)
+    montage: mne.channels.DigMontage | None = None
+    units: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the recording in seconds."""
+        return self.data.shape[1] / self.sfreq
+
+    def picks(self, *types: str) -> list[int]:
+        """Return the indices of the channels of these types."""
+        return [i for i, one in enumerate(self.ch_types) if one in types]
+
+    def keep(self, picks: list[int]) -> None:
+        """Leave only the channels at ``picks``, in that order."""
+        if picks == list(range(len(self.ch_names))):
+            return
+        self.data = self.data[picks]
+        self.ch_names = [self.ch_names[i] for i in picks]
+        self.ch_types = [self.ch_types[i] for i in picks]
+        self.units = [self.units[i] for i in picks] if self.units else []
+
+
+def markers_of(onsets_s: np.ndarray | list[float], events: list[str]) -> pd.DataFrame:
+    """Return a marker table (onset_s, event) in order of time; simultaneous markers keep their order."""
+    table = pd.DataFrame({"onset_s": np.asarray(onsets_s, float), "event": pd.Series(events, dtype=object)})
+    return table.sort_values("onset_s", kind="stable", ignore_index=True)
+
+
+def onset_samples(onsets_s: np.ndarray, sfreq: float) -> np.ndarray:
+    """Return the nearest sample to each onset, 0 the first of the recording."""
+    return np.rint(np.asarray(onsets_s, float) * sfreq).astype(np.int64)
+
+
+def check_signals(recording: Recording) -> None:
+    """Refuse EEG and EOG that no later stage could use.
+
+    Raises:
+        DataError: There is no EEG channel, a channel has samples that are no numbers, a channel is constant
+            throughout, or the numbers cannot be the unit they are taken for.
+    """
+    if not recording.picks("eeg"):
+        raise DataError(
+            f"the recording has no EEG channel; its channels are {_some(recording.ch_names)}",
+            cure="give their types in acquire.channel_types",
+        )
+    for i in recording.picks(*_SIGNALS):
+        name, row = recording.ch_names[i], recording.data[i]
+        bad = ~np.isfinite(row)
+        if bad.any():
+            first = int(np.argmax(bad)) / recording.sfreq
+            raise DataError(
+                f"channel {name} has {int(bad.sum())} of {bad.size} samples that are no numbers, the first at "
+                f"{first:.3f} s",
+                cure=f"leave the channel out (acquire.drop = ['{name}']) or repair the recording",
+            )
+        if np.ptp(row) == 0:
+            raise DataError(
+                f"channel {name} is flat: {row[0] * 1e6:g} µV from the first sample to the last",
+                cure=f"leave the channel out: acquire.drop = ['{name}']",
+            )
+    _check_unit(recording)
+
+
+def _check_unit(recording: Recording) -> None:
+    from hrcneuro.io.fif import check_volts
+
+    eeg = recording.data[recording.picks("eeg"), : int(60 * recording.sfreq) + 1]
+    check_volts(eeg, "the recording")
+    spread = float(np.median(np.abs(eeg - np.median(eeg, axis=1, keepdims=True)))) * 1.4826
+    # The unit was off by a thousand or more; a quiet cap is not: amplifier noise alone is above 0.1 µV.
+    if 0 < spread < 1e-8:
+        raise DataError(
+            f"the EEG's spread is {spread * 1e6:.3g} µV; scalp EEG lies above 0.1 µV",
+            cure="the recording seems to be in volts or millivolts: set acquire.unit = 'V' or 'mV'",
+        )
+
+
+def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -> mne.io.BaseRaw:
+    """Return the recording as MNE's type, with nothing in it but signals, positions, events and breaks.
+
+    ``onsets`` (onset_sample, event) become annotations; a break becomes ``BAD boundary`` and ``EDGE boundary`` at the
+    first sample of the new segment, as MNE itself marks joins. Date, device, names and comments stay behind.
+    """
+    import mne
+
+    info = mne.create_info(recording.ch_names, recording.sfreq, recording.ch_types, verbose="error")
+    if reference:
+        info["description"] = f"reference of the recording: {reference}"
+    raw = mne.io.RawArray(recording.data, info, verbose="error")
+    if recording.montage is not None:
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+            raw.set_montage(recording.montage, match_case=False, on_missing="ignore", verbose="error")
+    # FIF keeps onsets in single precision: whole samples survive that, fractions would not.
+    marks = [(s / recording.sfreq, 0.0, e) for s, e in zip(onsets["onset_sample"], onsets["event"], strict=True)]
+    marks += [(at, 0.0, text) for at in recording.breaks_s for text in ("BAD boundary", "EDGE boundary")]
+    marks += recording.spans
+    if marks:
+        onset, duration, text = zip(*marks, strict=True)
+        raw.set_annotations(mne.Annotations(onset, duration, text), verbose="error")
+    return raw
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:8]) + (f" … ({len(names)})" if len(names) > 8 else "")

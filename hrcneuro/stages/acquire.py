@@ -1,0 +1,232 @@
+"""acquire: a subject's recording and trials, from the authors' data set, any other recording, or simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.sources import layout
+from hrcneuro.sources.options import Eeg, Session, Timing
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hrcneuro.sources.recording import Recording
+
+LIBS = ("numpy", "scipy", "pandas", "mne", "pymatreader")
+INPUTS: Patterns = {}
+_MASTOIDS = "mean of TP9 and TP10 (mastoids)"
+
+
+@dataclass(frozen=True)
+class Config:
+    """Where a subject's data come from, and how a foreign recording is to be read."""
+
+    source: str = option(
+        "synthetic",
+        "dataset: the authors' repository; file: any recording; semisynthetic: real log, synthetic EEG; synthetic",
+        choices=("dataset", "file", "semisynthetic", "synthetic"),
+    )
+    path: str = option("", "data folder (dataset, semisynthetic), or recording with {subject} in it", location=True)
+    sfreq: float = option(1000.0, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000)
+    seed: int = option(2023, "seed of everything simulated; each subject draws its own from it", low=0)
+    contaminated: tuple[str, ...] = option(("s07",), "synthetic subjects whose recording is full of jolts")
+    onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
+    event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
+    channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
+    channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; *EOG* are found by name")
+    drop: tuple[str, ...] = option((), "channels of the file to leave out")
+    montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
+    unit: str = option(
+        "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
+    )
+    reference: str = option("", "reference of the recording, for the record")
+    stream: str = option("", "XDF: name of the EEG stream, where there are several")
+    session: Session = option(Session(), "simulated session")
+    timing: Timing = option(Timing(), "when simulated moves begin")
+    eeg: Eeg = option(Eeg(), "synthetic recording")
+
+
+def check(config: Config) -> list[str]:
+    """Return what contradicts itself in the configuration."""
+    from hrcneuro.errors import did_you_mean
+
+    kinds = ("eeg", "eog", "ecg", "emg", "misc", "stim")
+    found = [
+        f"channel_types.{name} = {kind!r}{did_you_mean(kind, kinds)}; allowed: {', '.join(kinds)}"
+        for name, kind in config.channel_types.items()
+        if kind not in kinds
+    ]
+    if config.source != "file" and config.event_map:
+        found.append(f"event_map is for source = 'file'; source is {config.source!r}")
+    if config.source != "dataset" and config.onset_event:
+        found.append(f"onset_event is for source = 'dataset'; source is {config.source!r}")
+    timing = config.timing
+    if timing.t_f_min_s > timing.t_f_max_s:
+        found.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
+    if config.eeg.line_uv and config.eeg.line_hz >= config.sfreq / 2:
+        found.append(
+            f"eeg.line_hz = {config.eeg.line_hz:g} lies above the Nyquist frequency of sfreq = {config.sfreq:g}; "
+            "raise sfreq or set eeg.line_uv = 0"
+        )
+    return found
+
+
+def sources(config: Config, unit: str) -> dict[str, Path]:
+    """Return label -> external file that decides the unit's result.
+
+    Raises:
+        ConfigError: No path, or of a format that cannot be read.
+        DataError: The subject or one of its files is missing.
+    """
+    if config.source == "synthetic":
+        return {}
+    if config.source == "file":
+        return layout.recording_files(config.path, unit)
+    return layout.dataset_files(config.path, unit, eeg=config.source == "dataset")
+
+
+def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Write ``{unit}_raw.fif`` and ``trials.parquet`` (synthetic: also ``truth*``); return the summary."""
+    from hrcneuro.io.fif import write_raw
+    from hrcneuro.sources import channels, recording, trials
+    from hrcneuro.sources.truth import write_truth
+
+    unit = inputs.unit
+    signals, table, truth = _read(config, unit)
+    recording.check_signals(signals)
+    raw = recording.to_raw(signals, table.dropna(subset=["onset_sample"]), reference=_reference(config))
+    write_raw(raw, out / f"{unit}_raw.fif")
+    trials.write(table, out / "trials.parquet")
+    if truth is not None:
+        write_truth(truth, out)
+    return _summary(config, signals, table, channels.without_position(raw))
+
+
+def inspect(config: Config, unit: str) -> dict[str, Any]:
+    """Return markers, channels and log of a unit, and what stands against using them; writes nothing."""
+    from hrcneuro.sources import inspection
+
+    view: dict[str, Any] = {"unit": unit, "source": config.source, "problems": []}
+    inspection.attempt(view, lambda: _look(config, unit, view))
+    return view
+
+
+def render(view: dict[str, Any]) -> str:
+    """Return an inspection as text for a person."""
+    from hrcneuro.sources import inspection
+
+    return inspection.render(view)
+
+
+def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any] | None]:
+    """Return recording, trial table and, where it is known, the truth."""
+    from hrcneuro.sources import trials
+
+    if config.source in ("synthetic", "semisynthetic"):
+        signals, moves, truth = _simulate(config, unit)
+        return signals, trials.study_trials(moves, unit, signals.sfreq), truth
+    if config.source == "dataset":
+        from hrcneuro.sources.dataset import read_study
+
+        signals, moves = read_study(config.path, unit, onset_event=config.onset_event)
+        _shape(config, signals)
+        return signals, trials.study_trials(moves, unit, signals.sfreq), None
+    from hrcneuro.sources.events import select_events
+    from hrcneuro.sources.formats import read_recording
+
+    signals = read_recording(layout.recording_files(config.path, unit)["recording"], stream=config.stream)
+    _shape(config, signals)
+    events, notes = select_events(signals.markers, config.event_map)
+    signals.notes += notes
+    return signals, trials.event_trials(events, unit, signals.sfreq), None
+
+
+def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
+    from hrcneuro.sources import simulated
+
+    return simulated.record(
+        _moves(config, unit),
+        unit,
+        eeg=config.eeg,
+        sfreq=config.sfreq,
+        seed=config.seed,
+        contaminated=unit in config.contaminated,
+    )
+
+
+def _moves(config: Config, unit: str) -> pd.DataFrame:
+    from hrcneuro.sources import simulated
+
+    if config.source == "synthetic":
+        return simulated.simulate_trials(unit, session=config.session, timing=config.timing, seed=config.seed)
+    return simulated.logged_trials(config.path, unit, timing=config.timing, seed=config.seed)
+
+
+def _shape(config: Config, signals: Recording) -> None:
+    from hrcneuro.sources import channels
+
+    channels.shape(
+        signals,
+        rename=config.channel_map,
+        types=config.channel_types,
+        drop=config.drop,
+        montage=config.montage,
+        unit=config.unit,
+    )
+
+
+def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
+    """Fill an inspection; what has been seen before an error stays in it."""
+    from hrcneuro.sources import inspection
+
+    if config.source in ("synthetic", "semisynthetic"):
+        view["notes"] = [f"the recording is synthetic, {config.sfreq:g} Hz: it is made when acquire runs"]
+        view["log"] = inspection.view_log(_moves(config, unit))
+        return
+    from hrcneuro.sources import dataset
+    from hrcneuro.sources.events import select_events
+    from hrcneuro.sources.formats import read_recording
+    from hrcneuro.sources.matching import match_onsets
+    from hrcneuro.sources.recording import check_signals
+
+    study = config.source == "dataset"
+    files = sources(config, unit)
+    signals = read_recording(files["set" if study else "recording"], stream=config.stream)
+    view["recording"] = inspection.view_recording(signals)
+    inspection.attempt(view, lambda: _shape(config, signals))
+    inspection.attempt(view, lambda: check_signals(signals))
+    view["recording"] = inspection.view_recording(signals)
+    if study:
+        log = dataset.read_trials(config.path, unit, signals)
+        view["log"] = inspection.view_log(log)
+        view["notes"] = match_onsets(signals.markers, log, event=config.onset_event, subject=unit).notes
+    else:
+        view["notes"] = select_events(signals.markers, config.event_map)[1]
+
+
+def _reference(config: Config) -> str:
+    return config.reference or ("" if config.source == "file" else _MASTOIDS)
+
+
+def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list[str]) -> dict[str, Any]:
+    """Return what the report and a person want to know of the unit."""
+    from hrcneuro.sources.matching import histogram
+
+    kinds = {kind: len(signals.picks(kind)) for kind in dict.fromkeys(signals.ch_types)}
+    recorded = config.source in ("dataset", "file")
+    return {
+        "source": config.source,
+        "real": {"eeg": recorded, "behaviour": config.source != "synthetic"},
+        "channels": kinds,
+        "sfreq": signals.sfreq,
+        "duration_s": round(signals.duration_s, 3),
+        "events": histogram(table[table["onset_sample"].notna()]),
+        "rows": len(table),
+        "breaks": len(signals.breaks_s),
+        "reference": _reference(config) or "not stated",
+        "without_position": lost,
+        "notes": signals.notes,
+    }
