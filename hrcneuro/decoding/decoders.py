@@ -1,0 +1,89 @@
+"""Recipes made to work: features of the trials of a problem, and a scorer for any labelling and folds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from hrcneuro.decoding import crossval, fast, features
+from hrcneuro.decoding.crossval import Split
+from hrcneuro.decoding.lda import discriminant
+from hrcneuro.decoding.problem import Decode
+from hrcneuro.decoding.recipes import Recipe
+
+
+class Decoders:
+    """The decoders of a run, in their order, each with its features of the epochs.
+
+    Args:
+        recipes: Name -> recipe.
+        epochs_uv: Rows of the epochs -> array, shape (trials, channels, samples), microvolt.
+        times_s: Shape (samples,), seconds from the onset of the movement.
+        mean_window_s: The window whose mean the features remove.
+        shrinkage: λ of regularised LDA where a recipe names none.
+    """
+
+    def __init__(
+        self,
+        recipes: Mapping[str, Recipe],
+        *,
+        epochs_uv: Callable[[np.ndarray], np.ndarray],
+        times_s: np.ndarray,
+        mean_window_s: features.Span = (0.0, 0.8),
+        shrinkage: float = 0.9,
+    ) -> None:
+        self.recipes = recipes
+        self.epochs_uv = epochs_uv
+        self.times_s = times_s
+        self.mean_window_s = mean_window_s
+        self.shrinkage = shrinkage
+
+    def of(self, rows: np.ndarray) -> Iterator[tuple[str, Decode, bool]]:
+        """Yield name, scorer and whether it is quick enough for permutations, for the trials ``rows`` of a problem."""
+        epochs_uv = self.epochs_uv(rows)
+        found: dict[str, np.ndarray] = {}
+        for name, recipe in self.recipes.items():
+            if recipe.features not in found:
+                found[recipe.features] = features.extract(
+                    recipe.features, epochs_uv, self.times_s, mean_window_s=self.mean_window_s
+                )
+            yield name, *self._scorer(recipe, found[recipe.features])
+
+    def _scorer(self, recipe: Recipe, data: np.ndarray) -> tuple[Decode, bool]:
+        if recipe.estimator == "rlda":
+            return rlda(data, shrinkage=recipe.params.get("shrinkage", self.shrinkage)), True
+        from hrcneuro.decoding.classifiers import make
+
+        return looped(data, lambda: make(recipe.estimator, recipe.params)), False
+
+
+def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
+    """Return the study's decoder for these features, shape (trials, features), on the fast path where there is one."""
+    if shrinkage == 1:
+        return plain_rlda(data, shrinkage=shrinkage)
+    products = fast.gram(data)
+    return lambda labels, splits: fast.rlda_scores(products, labels, splits, shrinkage=shrinkage)
+
+
+def plain_rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
+    """Return the study's decoder as the plain loop: the reference of the fast path."""
+
+    def train(rows: np.ndarray, labels: np.ndarray) -> crossval.Scorer:
+        weights, bias = discriminant(rows, labels, shrinkage=shrinkage)
+        return lambda held_out: held_out @ weights + bias
+
+    return lambda labels, splits: crossval.cross_validate(data, labels, splits, train)
+
+
+def looped(data: np.ndarray, estimator: Callable[[], object]) -> Decode:
+    """Return a decoder that fits a fresh scikit-learn estimator in every fold."""
+
+    def train(rows: np.ndarray, labels: np.ndarray) -> crossval.Scorer:
+        fitted = estimator().fit(rows, labels.astype(int))  # type: ignore[attr-defined]
+        return lambda held_out: np.asarray(fitted.decision_function(held_out), dtype=float)
+
+    def decode(labels: np.ndarray, splits: Sequence[Split]) -> list[np.ndarray]:
+        return crossval.cross_validate(data, labels, splits, train)
+
+    return decode

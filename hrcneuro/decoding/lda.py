@@ -1,0 +1,32 @@
+"""The study's classifier in plain numpy: regularised linear discriminant analysis (paper 2.5.4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def regularized_covariance(rows: np.ndarray, *, shrinkage: float) -> np.ndarray:
+    """Return (1 − λ)·Σ + λ·I of ``rows``, shape (trials, features) -> (features, features); Σ with n − 1.
+
+    λ·I has a unit: the features must be in microvolt (paper/notes.md, 2.5.4).
+    """
+    covariance = np.atleast_2d(np.cov(rows, rowvar=False, ddof=1))
+    return (1 - shrinkage) * covariance + shrinkage * np.eye(rows.shape[1])
+
+
+def discriminant(rows: np.ndarray, labels: np.ndarray, *, shrinkage: float) -> tuple[np.ndarray, float]:
+    """Return weights w, shape (features,), and bias b of y = sign(wᵀx + b), positive for class 2 (takeover).
+
+    w = (Σ̃₁ + Σ̃₂)⁻¹(μ₂ − μ₁) and b = −½ wᵀ(μ₁ + μ₂), the midpoint; the paper prints another sign and twice the bias
+    (paper/notes.md, 2.5.4).
+
+    Args:
+        rows: Training trials, shape (trials, features), microvolt; at least two a class.
+        labels: Shape (trials,), true for class 2.
+        shrinkage: λ.
+    """
+    first, second = rows[~labels], rows[labels]
+    spread = regularized_covariance(first, shrinkage=shrinkage) + regularized_covariance(second, shrinkage=shrinkage)
+    mean1, mean2 = first.mean(axis=0), second.mean(axis=0)
+    weights = np.linalg.solve(spread, mean2 - mean1)
+    return weights, -0.5 * float(weights @ (mean1 + mean2))

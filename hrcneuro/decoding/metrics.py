@@ -1,0 +1,74 @@
+"""How well held-out trials were decoded: TNR, TPR, ACC, balanced accuracy, AUC."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hrcneuro.decoding.crossval import Split
+
+RATES = ("tnr", "tpr", "acc", "bacc", "auc")
+
+
+@dataclass(frozen=True)
+class FoldRates:
+    """The rates of each fold, shape (splits, 5), fractions in the order of ``RATES``; NaN where a class is absent."""
+
+    values: np.ndarray
+
+    def mean(self) -> dict[str, float]:
+        """Return the mean of each rate over times and folds, as the paper reports it."""
+        return dict(zip(RATES, self.values.mean(axis=0).tolist(), strict=True))
+
+
+def rates(labels: np.ndarray, scores: np.ndarray) -> tuple[float, float, float, float, float]:
+    """Return TNR, TPR, ACC, balanced accuracy and AUC as fractions; class 2 is decided where the score is positive.
+
+    NaN stands for a rate whose class has no trial. ACC alone cannot be trusted where the classes differ in size.
+
+    Args:
+        labels: Shape (trials,), true for class 2.
+        scores: Shape (trials,).
+    """
+    right = (scores > 0) == labels
+    n_second = int(np.count_nonzero(labels))
+    n_first = len(labels) - n_second
+    right_second = int(np.count_nonzero(right & labels))
+    right_first = int(np.count_nonzero(right)) - right_second
+    tnr = right_first / n_first if n_first else np.nan
+    tpr = right_second / n_second if n_second else np.nan
+    acc = (right_first + right_second) / len(labels) if len(labels) else np.nan
+    return tnr, tpr, acc, (tnr + tpr) / 2, auc(labels, scores)
+
+
+def auc(labels: np.ndarray, scores: np.ndarray) -> float:
+    """Return the share of pairs in which class 2 scores above class 1 (ties count half); NaN without both classes."""
+    first, second = np.sort(scores[~labels]), scores[labels]
+    if not len(first) or not len(second):
+        return float("nan")
+    below = np.searchsorted(first, second, "left") + np.searchsorted(first, second, "right")
+    return float(below.sum()) / (2 * len(first) * len(second))
+
+
+def fold_rates(labels: np.ndarray, splits: Sequence[Split], scores: Sequence[np.ndarray]) -> FoldRates:
+    """Return the rates of each split's held-out trials."""
+    return FoldRates(np.array([rates(labels[s.test], v) for s, v in zip(splits, scores, strict=True)]))
+
+
+def pooled_bacc(labels: np.ndarray, score_table: np.ndarray, among: np.ndarray | None = None) -> float:
+    """Return the balanced accuracy over all repeats together, as a fraction; NaN where a class is absent.
+
+    Args:
+        labels: Shape (trials,), true for class 2.
+        score_table: Shape (repeats, trials), from :func:`.crossval.by_repeat`.
+        among: Shape (trials,): count these trials only (a stratum).
+    """
+    chosen = np.ones(len(labels), dtype=bool) if among is None else among
+    if not (chosen & labels).any() or not (chosen & ~labels).any():
+        return float("nan")
+    second = score_table > 0
+    tpr = second[:, chosen & labels].mean()
+    tnr = 1 - second[:, chosen & ~labels].mean()
+    return float(tnr + tpr) / 2

@@ -1,0 +1,194 @@
+"""One problem of one subject: two classes of trials, one plan of folds, and every result that stands on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hrcneuro.decoding import baselines, chance, crossval, metrics
+from hrcneuro.decoding.crossval import Split
+
+# Labels and folds in, the held-out trials' scores out: a decoder together with its features of all trials.
+Decode = Callable[[np.ndarray, Sequence[Split]], list[np.ndarray]]
+
+CUES = ("prev_error", "turn")
+MATCHED_CUE = "prev_error"
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How often, in how many folds, and how balanced."""
+
+    n_folds: int = 10
+    n_repeats: int = 10
+    balance: str = "undersample"
+    n_permutations: int = 199
+    min_stratum: int = 5
+
+
+@dataclass(frozen=True)
+class Trials:
+    """The trials of a problem, in the order of the recording.
+
+    Attributes:
+        labels: Shape (trials,), true for class 2 (takeover).
+        blocks: Shape (trials,), whole numbers; None where the study has no blocks.
+        cues: Name, one of ``CUES`` -> shape (trials,), bool; those that the study has.
+    """
+
+    labels: np.ndarray
+    blocks: np.ndarray | None
+    cues: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Trials of class 1 and of class 2."""
+        second = int(np.count_nonzero(self.labels))
+        return len(self.labels) - second, second
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The folds of a problem, drawn once, so that every decoder and baseline meets the same ones."""
+
+    shuffled: list[Split]
+    blockwise: list[Split]
+    matched: list[Split]
+    notes: tuple[str, ...]
+    permutation_seed: int
+
+
+@dataclass(frozen=True)
+class Stratum:
+    """Held-out trials with one value of a cue, scored by decoders that were trained on all training trials."""
+
+    cue: str
+    value: bool
+    n1: int
+    n2: int
+    bacc: float
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """The results of one decoder on one problem; rates are fractions, NaN where a note says why."""
+
+    fold_rates: metrics.FoldRates
+    scores: np.ndarray
+    lobo_bacc: float
+    matched_bacc: float
+    strata: tuple[Stratum, ...]
+    p: float
+
+
+def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
+    """Return the folds of a problem; ``shuffled`` is empty where it has too few trials (the notes say so).
+
+    Each kind of fold has its own stream of random numbers: leaving one out changes no other.
+    """
+    folds_rng, blocks_rng, matched_rng, permutation_rng = rng.spawn(4)
+    seed = int(permutation_rng.integers(2**63))
+    labels, smaller = trials.labels, min(trials.counts)
+    n_folds = crossval.feasible_folds(labels, scheme.n_folds)
+    if not n_folds:
+        note = f"not computed: the smaller class has {smaller} trials; at least {crossval.SMALLEST_CLASS} are needed"
+        return Plan([], [], [], (note,), seed)
+    notes = []
+    if n_folds < scheme.n_folds:
+        notes.append(f"{n_folds} instead of {scheme.n_folds} folds: the smaller class has {smaller} trials")
+    repeats: Any = {"n_repeats": scheme.n_repeats, "how": scheme.balance}
+    shuffled = crossval.shuffled_splits(labels, n_folds=n_folds, rng=folds_rng, **repeats)
+
+    blockwise: list[Split] = []
+    if trials.blocks is not None:
+        blockwise = crossval.block_splits(labels, trials.blocks, rng=blocks_rng, **repeats)
+    if not blockwise:
+        notes.append("leave-one-block-out not computed: it needs two blocks and two trials a class outside each")
+
+    matched: list[Split] = []
+    if MATCHED_CUE in trials.cues:
+        kept = np.flatnonzero(~trials.cues[MATCHED_CUE])
+        if crossval.feasible_folds(labels[kept], scheme.n_folds) == scheme.n_folds:
+            inner = crossval.shuffled_splits(labels[kept], n_folds=scheme.n_folds, rng=matched_rng, **repeats)
+            matched = [Split(s.repeat, s.fold, kept[s.train], kept[s.test]) for s in inner]
+        else:
+            notes.append(f"matched retraining not computed: it needs {scheme.n_folds} trials a class after no error")
+    missing = [cue for cue in CUES if cue not in trials.cues]
+    if missing:
+        notes.append(f"no strata, matched trials or label-free baseline of {' and '.join(missing)}: no such column")
+    return Plan(shuffled, blockwise, matched, tuple(notes), seed)
+
+
+def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permute: bool = True) -> Decoded:
+    """Return every result of one decoder on one problem.
+
+    Args:
+        trials: The problem.
+        plan: Its folds; ``shuffled`` must not be empty.
+        scheme: The number of permutations and the smallest stratum.
+        decoder: Scores held-out trials for any labelling and folds.
+        permute: Compute the permutation p value (199 × 10 fits: for quick decoders).
+    """
+    labels, n = trials.labels, len(trials.labels)
+    scores = decoder(labels, plan.shuffled)
+    table = crossval.by_repeat(plan.shuffled, scores, n)
+    return Decoded(
+        fold_rates=metrics.fold_rates(labels, plan.shuffled, scores),
+        scores=table,
+        lobo_bacc=_pooled(labels, plan.blockwise, decoder),
+        matched_bacc=_pooled(labels, plan.matched, decoder, trials.cues.get(MATCHED_CUE)),
+        strata=strata(trials, table, min_trials=scheme.min_stratum),
+        p=permutation_p(trials, plan, scheme, decoder) if permute and scheme.n_permutations else float("nan"),
+    )
+
+
+def strata(trials: Trials, score_table: np.ndarray, *, min_trials: int) -> tuple[Stratum, ...]:
+    """Return the balanced accuracy of held-out trials in each stratum of each cue.
+
+    The decoders were trained on all training trials: retraining on matched ones has too little power
+    (paper/notes.md). A stratum with fewer than ``min_trials`` of a class has NaN.
+    """
+    found = []
+    for cue, values in trials.cues.items():
+        for value in (False, True):
+            among = values == value
+            n2 = int(np.count_nonzero(among & trials.labels))
+            n1 = int(np.count_nonzero(among)) - n2
+            enough = min(n1, n2) >= min_trials
+            bacc = metrics.pooled_bacc(trials.labels, score_table, among) if enough else float("nan")
+            found.append(Stratum(cue, value, n1, n2, bacc))
+    return tuple(found)
+
+
+def label_free(trials: Trials, plan: Plan) -> dict[str, float]:
+    """Return ``CUE_rule_bacc`` and ``CUE_fitted_bacc`` of each cue: what can be decoded without EEG."""
+    found = {}
+    for cue, values in trials.cues.items():
+        found[f"{cue}_rule_bacc"] = baselines.rule_bacc(values, trials.labels)
+        scores = baselines.fitted_scores(values.astype(int), trials.labels, plan.shuffled)
+        found[f"{cue}_fitted_bacc"] = metrics.fold_rates(trials.labels, plan.shuffled, scores).mean()["bacc"]
+    return found
+
+
+def permutation_p(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode) -> float:
+    """Return the permutation p value of the balanced accuracy: one repeat a labelling, labels shuffled within block."""
+    n_folds = crossval.feasible_folds(trials.labels, scheme.n_folds)
+
+    def statistic(labels: np.ndarray, rng: np.random.Generator) -> float:
+        splits = crossval.shuffled_splits(labels, n_folds=n_folds, n_repeats=1, how=scheme.balance, rng=rng)
+        return metrics.pooled_bacc(labels, crossval.by_repeat(splits, decoder(labels, splits), len(labels)))
+
+    blocks = np.zeros(len(trials.labels), dtype=int) if trials.blocks is None else trials.blocks
+    # Each decoder starts from the same state: the labellings do not depend on which decoders ran before.
+    rng = np.random.default_rng(plan.permutation_seed)
+    return chance.permutation_p(trials.labels, blocks, statistic, n_permutations=scheme.n_permutations, rng=rng)
+
+
+def _pooled(labels: np.ndarray, splits: list[Split], decoder: Decode, left_out: np.ndarray | None = None) -> float:
+    if not splits:
+        return float("nan")
+    table = crossval.by_repeat(splits, decoder(labels, splits), len(labels))
+    return metrics.pooled_bacc(labels, table, None if left_out is None else ~left_out)
