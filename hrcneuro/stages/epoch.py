@@ -1,0 +1,230 @@
+"""Cut the clean EEG into epochs around every onset, check their amplitude, count the conditions (paper §2.5.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.errors import DataError
+
+if TYPE_CHECKING:
+    import mne
+    import numpy as np
+    import pandas as pd
+
+    from hrcneuro.eeg.epochs import Window
+    from hrcneuro.eeg.resample import Ratio
+    from hrcneuro.io.tables import Table
+
+LIBS = ("numpy", "mne", "pandas", "pyarrow")
+INPUTS: Patterns = {"preprocess": ("*_clean_raw*.fif", "timing.parquet"), "acquire": ("trials.parquet",)}
+
+
+@dataclass(frozen=True)
+class Config:
+    """Options of the stage; the defaults are the paper's."""
+
+    tmin: float = option(-0.2, "start of an epoch, from the onset", unit="s", low=-10, high=10)
+    tmax: float = option(1.2, "end of an epoch, from the onset", unit="s", low=-10, high=30)
+    reject_uv: float = option(
+        1000.0, "an epoch with a larger |amplitude| on any channel is rejected", unit="µV", low=0, open_low=True
+    )
+    outlier_share: float = option(
+        0.1, "share of epochs rejected for their amplitude above which a subject is called an outlier", low=0, high=1
+    )
+
+
+def check(config: Config) -> list[str]:
+    """Return what contradicts itself in the options."""
+    if config.tmin >= config.tmax:
+        return [f"epoch.tmin = {config.tmin:g} s must lie before epoch.tmax = {config.tmax:g} s"]
+    return []
+
+
+def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Cut one subject's epochs.
+
+    Raises:
+        DataError: The trials do not fit the recording, there is no trial to cut, or no epoch is good.
+    """
+    from hrcneuro.eeg.epochs import Window, candidates, cut, judge, tally
+    from hrcneuro.io.fif import read_raw, write_epochs
+    from hrcneuro.io.tables import read_table, write_table
+
+    trials = candidates(read_table(inputs.path("acquire", "trials.parquet"))).reset_index(drop=True)
+    if trials.empty:
+        raise DataError(
+            "trials.parquet has no trial to cut an epoch around: no move has a condition, or no event was mapped",
+            cure="look at the events: hrcneuro acquire SUBJECT --inspect",
+        )
+    raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
+    data, ratio = raw.get_data(), _ratio(inputs, raw)
+    window = Window.of(ratio.sfreq, config.tmin, config.tmax)
+    onsets = _onsets(trials, ratio)
+    breaks, marked = _obstacles(raw, ratio)
+    limit = config.reject_uv * 1e-6
+    reasons = judge(data, onsets, window, borders=breaks, marked=marked, limit=limit)
+    kept = reasons == ""
+    counts = tally(trials, reasons)
+    summary = _summary(config, trials, reasons, counts, window)
+    if not kept.any():
+        raise DataError(
+            f"none of {len(kept)} epochs is good: {_listed(summary['reasons'])}",
+            cure="look at quality.png of preprocess; epoch.reject_uv, epoch.tmin and epoch.tmax set the limits",
+        )
+    pieces = cut(data, onsets[kept], window)
+    del data
+    write_epochs(_to_mne(pieces, raw, trials, onsets, reasons, window), out / f"{inputs.unit}_epo.fif")
+    write_table(counts.rename(columns=_column), out / "conditions.parquet", _conditions_table())
+    return summary
+
+
+def _ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
+    from hrcneuro.eeg.resample import Ratio
+    from hrcneuro.io.tables import read_table
+
+    timing = read_table(inputs.path("preprocess", "timing.parquet")).iloc[0]
+    if raw.n_times != timing["n_samples"]:
+        raise DataError(
+            f"the clean recording has {raw.n_times} samples, timing.parquet says {timing['n_samples']}",
+            cure=f"rerun it: hrcneuro preprocess {inputs.unit} --force",
+        )
+    return Ratio(float(timing["source_sfreq"]), int(timing["up"]), int(timing["down"]))
+
+
+def _onsets(trials: pd.DataFrame, ratio: Ratio) -> np.ndarray:
+    """Return the clean signal's sample of each onset, -1 where a trial has none."""
+    import numpy as np
+
+    known = trials["onset_sample"].notna().to_numpy()
+    onsets = np.full(len(trials), -1, np.int64)
+    onsets[known] = ratio.nearest(trials.loc[known, "onset_sample"].to_numpy(np.int64))
+    return onsets
+
+
+def _obstacles(raw: mne.io.BaseRaw, ratio: Ratio) -> tuple[list[int], list[tuple[int, int]]]:
+    """Return the discontinuities and the stretches marked bad, in samples of the clean signal."""
+    from hrcneuro.eeg import breaks
+
+    marks = raw.annotations
+    found = breaks.borders(marks.onset, marks.description, ratio.source)
+    bad = breaks.marked(marks.onset, marks.duration, marks.description, ratio.sfreq)
+    return [ratio.first(sample) for sample in found], bad
+
+
+def _to_mne(
+    cut: np.ndarray,
+    raw: mne.io.BaseRaw,
+    trials: pd.DataFrame,
+    onsets: np.ndarray,
+    reasons: np.ndarray,
+    window: Window,
+) -> mne.EpochsArray:
+    """Return the good epochs (volts) as MNE's type, the trials as their metadata, the others in the drop log."""
+    import mne
+    import numpy as np
+
+    from hrcneuro.eeg.epochs import tags
+
+    kept = np.flatnonzero(reasons == "")
+    metadata = trials.iloc[kept].reset_index(drop=True)
+    names = tags(metadata)
+    event_id = {name: code for code, name in enumerate(sorted(set(names)), start=1)}
+    codes = [event_id[name] for name in names]
+    events = np.column_stack([_distinct(onsets[kept]), np.zeros(len(kept), int), codes])
+    return mne.EpochsArray(
+        cut,
+        raw.info,
+        events,
+        tmin=window.tmin,
+        event_id=event_id,
+        baseline=None,
+        metadata=metadata,
+        selection=kept,
+        drop_log=tuple((why,) if why else () for why in reasons),
+        verbose="error",
+    )
+
+
+def _distinct(samples: np.ndarray) -> np.ndarray:
+    """Return ascending, distinct event samples: MNE allows one event a sample, a slow recording may hold two."""
+    import numpy as np
+
+    steps = np.arange(len(samples))
+    return np.maximum.accumulate(samples - steps) + steps
+
+
+def _column(name: str) -> str:
+    from hrcneuro.eeg.epochs import REASONS
+
+    return name.replace(" ", "_") if name in REASONS else name
+
+
+def _conditions_table() -> Table:
+    from hrcneuro.eeg.epochs import REASONS
+    from hrcneuro.io.tables import Column, Table
+
+    return Table(
+        1,
+        "one row a scenario × case × position; an epoch is counted at both of its positions",
+        {
+            "scenario": Column("category", "", "sC, iC; all in a study without scenarios"),
+            "case": Column("category", "", "HH, HR, RR, RH; the event's name in another study"),
+            "position": Column("category", "", "before: the move is tr-1; after: it is tr; event in another study"),
+            "kept": Column("int", "epochs", "good epochs"),
+            "rejected": Column("int", "epochs", "rejected epochs, for the reasons in the columns that follow"),
+            **{_column(reason): Column("int", "epochs", f"rejected: {_MEANING[reason]}") for reason in REASONS},
+        },
+    )
+
+
+_MEANING = {
+    "no onset": "the move has no onset in the recording",
+    "outside": "the epoch leaves the recording",
+    "boundary": "the epoch crosses a discontinuity",
+    "marked": "the epoch touches a stretch that was marked bad",
+    "amplitude": "|amplitude| above the limit",
+}
+
+
+def _summary(
+    config: Config, trials: pd.DataFrame, reasons: np.ndarray, counts: pd.DataFrame, window: Window
+) -> dict[str, Any]:
+    first = counts[counts["position"].isin(["before", "event"])]
+    per_scenario = {
+        scenario: dict(zip(rows["case"], map(int, rows["kept"]), strict=True))
+        for scenario, rows in first.groupby("scenario", sort=True)
+    }
+    total: dict[str, int] = {}
+    for cases in per_scenario.values():
+        for case, n in cases.items():
+            total[case] = total.get(case, 0) + n
+    why = {str(reason): int((reasons == reason).sum()) for reason in sorted(set(reasons) - {""})}
+    share = why.get("amplitude", 0) / len(reasons)
+    outlier = share > config.outlier_share
+    warnings = [
+        f"no epoch of {row.case} ({row.position}) in {row.scenario}" for row in counts.itertuples() if not row.kept
+    ]
+    if outlier:
+        warnings.append(
+            f"{share:.1%} of the epochs exceed {config.reject_uv:g} µV (limit {config.outlier_share:.0%}): an outlier; "
+            "study.exclude leaves a subject out"
+        )
+    return {
+        "counts": per_scenario,
+        "total": total,
+        "epochs": int((reasons == "").sum()),
+        "rejected": int((reasons != "").sum()),
+        "reasons": why,
+        "amplitude_share": share,
+        "outlier": outlier,
+        "sfreq": window.sfreq,
+        "samples": window.length,
+        "warnings": warnings,
+    }
+
+
+def _listed(reasons: dict[str, int]) -> str:
+    return ", ".join(f"{n} {reason}" for reason, n in reasons.items())
