@@ -41,6 +41,7 @@ class _TwoClassLinear(ClassifierMixin, BaseEstimator):
 
     def predict(self, X: np.ndarray) -> np.ndarray:
         """Return the decided class of each trial, shape (trials,)."""
+        check_is_fitted(self)
         return self.classes_[(self.decision_function(X) > 0).astype(int)]
 
     def _solve(self, rows: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, float]:

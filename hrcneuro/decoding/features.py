@@ -121,7 +121,8 @@ def check_epochs(epochs_uv: np.ndarray) -> None:
     if not epochs_uv.size:
         return
     # A sum is finite only where all its terms are: one pass, no mask of the size of the data.
-    bad = np.argwhere(~np.isfinite(epochs_uv.sum(axis=2)))
+    with np.errstate(invalid="ignore"):
+        bad = np.argwhere(~np.isfinite(epochs_uv.sum(axis=2)))
     if len(bad):
         raise DataError(
             f"{len(np.unique(bad[:, 0]))} of {len(epochs_uv)} trials hold samples that are not finite, the first in "

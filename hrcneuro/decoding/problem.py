@@ -52,11 +52,15 @@ class Trials:
 
 @dataclass(frozen=True)
 class Plan:
-    """The folds of a problem, drawn once, so that every decoder and baseline meets the same ones."""
+    """The folds of a problem, drawn once, so that every decoder and baseline meets the same ones.
+
+    ``fallbacks`` say why the main result is missing or has fewer folds, ``notes`` what else is missing.
+    """
 
     shuffled: list[Split]
     blockwise: list[Split]
     matched: list[Split]
+    fallbacks: tuple[str, ...]
     notes: tuple[str, ...]
     permutation_seed: int
 
@@ -85,7 +89,7 @@ class Decoded:
 
 
 def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
-    """Return the folds of a problem; ``shuffled`` is empty where it has too few trials (the notes say so).
+    """Return the folds of a problem; ``shuffled`` is empty where it has too few trials (a fallback says so).
 
     Each kind of fold has its own stream of random numbers: leaving one out changes no other.
     """
@@ -95,10 +99,10 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     n_folds = crossval.feasible_folds(labels, scheme.n_folds)
     if not n_folds:
         note = f"not computed: the smaller class has {smaller} trials; at least {crossval.SMALLEST_CLASS} are needed"
-        return Plan([], [], [], (note,), seed)
-    notes = []
+        return Plan([], [], [], (note,), (), seed)
+    fallbacks, notes = [], []
     if n_folds < scheme.n_folds:
-        notes.append(f"{n_folds} instead of {scheme.n_folds} folds: the smaller class has {smaller} trials")
+        fallbacks.append(f"{n_folds} instead of {scheme.n_folds} folds: the smaller class has {smaller} trials")
     repeats: Any = {"n_repeats": scheme.n_repeats, "how": scheme.balance}
     shuffled = crossval.shuffled_splits(labels, n_folds=n_folds, rng=folds_rng, **repeats)
 
@@ -119,7 +123,7 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     missing = [cue for cue in CUES if cue not in trials.cues]
     if missing:
         notes.append(f"no strata, matched trials or label-free baseline of {' and '.join(missing)}: no such column")
-    return Plan(shuffled, blockwise, matched, tuple(notes), seed)
+    return Plan(shuffled, blockwise, matched, tuple(fallbacks), tuple(notes), seed)
 
 
 def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permute: bool = True) -> Decoded:

@@ -119,7 +119,11 @@ class Place:
         key = {"scenario": self.base["scenario"], "problem": self.base["problem"], "decoder": decoder}
         rates = found.fold_rates.mean() | {"p": found.p, "lobo_bacc": found.lobo_bacc}
         rates |= {"matched_bacc": found.matched_bacc} | _strata_means(found.strata) | self.free
-        notes = [*self.plan.notes, *([] if permuted else ["p not computed: this decoder is too slow to permute"])]
+        notes = [
+            *self.plan.fallbacks,
+            *self.plan.notes,
+            *([] if permuted else ["p not computed: this decoder is too slow to permute"]),
+        ]
         few = [f"{s.cue} {'yes' if s.value else 'no'} ({s.n1}/{s.n2})" for s in found.strata if not np.isfinite(s.bacc)]
         notes += [f"strata with too few trials: {', '.join(few)}"] if few else []
         # A p value is the only number here that is no percentage.
@@ -190,10 +194,10 @@ class SubjectTables:
             "n_repeats": plan.shuffled[-1].repeat + 1 if plan.shuffled else 0,
             "chance": 100 * chance.chance_level(n1 + n2) if n1 + n2 else math.nan,
         }
-        for note in plan.notes:
-            self.warn(f"{scenario} {name}: {note}")
+        for fallback in plan.fallbacks:
+            self.warn(f"{scenario} {name}: {fallback}")
         if not plan.shuffled:
-            self.score(base | {"decoder": self.first_decoder, "note": "; ".join(plan.notes)})
+            self.score(base | {"decoder": self.first_decoder, "note": "; ".join(plan.fallbacks)})
         keys = pd.DataFrame({"epoch": metadata.index})
         for column in ("block", "episode", "trial"):
             keys[column] = metadata[column].to_numpy() if column in metadata else None
