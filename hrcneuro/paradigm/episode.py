@@ -2,28 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hrcneuro.paradigm.grid import STEPS, Tile, displacement, move, toward
 from hrcneuro.paradigm.owners import Owners, actor_of
-from hrcneuro.paradigm.partners import Human, robot_plan
-
-
-@dataclass(frozen=True)
-class Move:
-    """One move as the log knows it; ``executed`` is None where the grid's edge stopped it."""
-
-    trial: int
-    actor: str
-    intended: str
-    executed: str | None
-    target: str
-    error: bool
-    row: int
-    col: int
-    key_wrong: bool
+from hrcneuro.paradigm.partners import Human, Move, robot_plan
 
 
 def play(
@@ -35,20 +18,18 @@ def play(
     replaced by one of the three other directions with ``error_rate``, unless the move before it was replaced.
     """
     moves: list[Move] = []
-    tile, pending, slipped = path[0], 1, False
+    tile, pending = path[0], 1
     while pending < len(path):
         target = toward(tile, path[pending])
         actor = actor_of(owners, tile, target)
-        if actor == "human":
-            intended = human.press(owners, target, first=not moves, rng=rng)
-        else:
-            intended = robot_plan(owners, target)
-        error = not slipped and bool(rng.random() < error_rate)
+        intended = human.press(owners, target, moves, rng=rng) if actor == "human" else robot_plan(owners, target)
+        spared = bool(moves) and moves[-1].error
+        error = not spared and bool(rng.random() < error_rate)
         there = move(tile, _other(intended, rng) if error else intended)
-        executed = displacement(tile, there)
         wrong = actor == "human" and intended not in target
-        moves.append(Move(len(moves), actor, intended, executed, target, error, *there, wrong))
-        tile, slipped = there, error
+        executed = displacement(tile, there)
+        moves.append(Move(len(moves), actor, intended, executed, target, error, *there, key_wrong=wrong))
+        tile = there
         pending += tile == path[pending]
     return moves
 

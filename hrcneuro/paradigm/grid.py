@@ -72,13 +72,18 @@ def distance(a: Tile, b: Tile) -> int:
     return abs(a[0] - b[0]) + abs(a[1] - b[1])
 
 
-def connected(tiles: Collection[Tile]) -> bool:
-    """Return whether the tiles form one area in which edges join neighbours (false without any tile)."""
-    todo = set(tiles)
-    frontier = [todo.pop()] if todo else []
-    found = bool(frontier)
+def region(tile: Tile, tiles: Collection[Tile]) -> set[Tile]:
+    """Return the tiles that can be reached from ``tile``, one of them, by steps within ``tiles``."""
+    todo = set(tiles) - {tile}
+    frontier, found = [tile], {tile}
     while frontier:
         near = todo.intersection(neighbours(frontier.pop()))
         todo -= near
+        found |= near
         frontier.extend(near)
-    return found and not todo
+    return found
+
+
+def connected(tiles: Collection[Tile]) -> bool:
+    """Return whether the tiles form one area in which edges join neighbours (false without any tile)."""
+    return bool(tiles) and region(min(tiles), tiles) == set(tiles)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ import pandas as pd
 from hrcneuro.paradigm.conditions import annotate
 from hrcneuro.paradigm.episode import play
 from hrcneuro.paradigm.owners import draw_areas, draw_directions
-from hrcneuro.paradigm.partners import Human, draw_wrong_key_rate
+from hrcneuro.paradigm.partners import Human, draw_human
 from hrcneuro.paradigm.paths import draw_path
 from hrcneuro.paradigm.timing import TimingParams, assign_onsets
 
@@ -20,7 +20,8 @@ from hrcneuro.paradigm.timing import TimingParams, assign_onsets
 class SessionParams:
     """The protocol and the partners; defaults are the study's.
 
-    ``wrong_key_rate`` None draws the subject's own rate (0.1 to 7 %). Practice has fewer errors in the logs.
+    ``wrong_key_rate`` and ``undo_rate`` None draw the subject's own (0.1 to 7 % of the keys; most errors taken back).
+    Practice has fewer errors in the logs.
     """
 
     practice_episodes: int = 5
@@ -29,7 +30,7 @@ class SessionParams:
     error_rate: float = 0.30
     practice_error_rate: float = 0.22
     wrong_key_rate: float | None = None
-    vertical_first: float = 0.5
+    undo_rate: float | None = None
     timing: TimingParams = field(default_factory=TimingParams)
 
 
@@ -57,8 +58,7 @@ def simulate_session(params: SessionParams, *, rng: np.random.Generator) -> pd.D
 
     Owners are drawn anew for each block, paths for each episode.
     """
-    rate = draw_wrong_key_rate(rng)
-    human = Human(rate if params.wrong_key_rate is None else params.wrong_key_rate, params.vertical_first)
+    human = _human(params, rng)
     rows = []
     for block in protocol(params):
         owners = draw_directions(rng) if block.scenario == "iC" else draw_areas(rng)
@@ -70,3 +70,8 @@ def simulate_session(params: SessionParams, *, rng: np.random.Generator) -> pd.D
     trials = pd.DataFrame(rows).assign(event="move")
     trials["executed"] = trials["executed"].astype(object).where(trials["executed"].notna(), None)
     return annotate(assign_onsets(trials, rng=rng, params=params.timing))
+
+
+def _human(params: SessionParams, rng: np.random.Generator) -> Human:
+    habits = {"wrong_key": params.wrong_key_rate, "undo": params.undo_rate}
+    return replace(draw_human(rng), **{name: rate for name, rate in habits.items() if rate is not None})
