@@ -1,0 +1,109 @@
+"""Which trials an average is made of: conditions are queries on the trial table, scenarios the values of a column."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from hrcneuro.errors import ConfigError, did_you_mean
+
+ALL = "all"
+"""The scenario that holds every trial."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The trials of one condition in one scenario."""
+
+    scenario: str
+    condition: str
+    mask: NDArray[np.bool_]
+
+    @property
+    def n(self) -> int:
+        """Number of trials."""
+        return int(self.mask.sum())
+
+    @property
+    def label(self) -> str:
+        """The cell's name in files: ``all/RH_before``."""
+        return f"{self.scenario}/{self.condition}"
+
+
+def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "") -> list[Cell]:
+    """Return a cell a scenario and condition, empty ones included, scenario ``all`` first.
+
+    Args:
+        trials: The trial table, one row an epoch.
+        conditions: Name -> pandas query on the table's columns.
+        split: The column whose values are the other scenarios; without any value there is only ``all``.
+
+    Raises:
+        ConfigError: A query or the split names no column, or a query is no condition.
+    """
+    table = _with_booleans(trials)
+    members = {name: _matching(table, name, query) for name, query in conditions.items()}
+    return [
+        Cell(scenario, name, mask & inside)
+        for scenario, inside in _scenarios(trials, split)
+        for name, mask in members.items()
+    ]
+
+
+def shortest_gap_s(trials: pd.DataFrame) -> float:
+    """Return the shortest time from one onset to the next, NaN where it is not known (column ``soa_s``)."""
+    gaps = pd.to_numeric(trials["soa_s"], errors="coerce").dropna() if "soa_s" in trials else pd.Series(dtype=float)
+    return float(gaps.min()) if len(gaps) else float("nan")
+
+
+def nearest_channel(wanted: str, names: Iterable[str]) -> str:
+    """Return the channel of that name, whatever its case; else the first midline one there is, else the first."""
+    names = list(names)
+    by_lower = {name.lower(): name for name in reversed(names)}
+    midline = ("Cz", "CPz", "FCz", "Pz", "Fz", "POz", "Oz", "FPz")
+    return next((by_lower[w.lower()] for w in (wanted, *midline) if w.lower() in by_lower), names[0])
+
+
+def _scenarios(trials: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bool_]]]:
+    found = [(ALL, np.ones(len(trials), bool))]
+    if not split:
+        return found
+    if split not in trials:
+        raise ConfigError(
+            f"study.split = {split!r} is no column of the trial table{did_you_mean(split, map(str, trials.columns))}",
+            cure=f"use one of {', '.join(map(str, trials.columns))}, or leave it empty",
+        )
+    column = trials[split]
+    values = sorted(column.dropna().unique(), key=str)
+    return found + [(str(value), (column == value).to_numpy(bool)) for value in values]
+
+
+def _with_booleans(trials: pd.DataFrame) -> pd.DataFrame:
+    # A column of true, false and missing has the type object, on which "not" fails; missing counts as false.
+    # A column without any value may stand for either kind; as False it equals no string and can be negated.
+    flags = [
+        name
+        for name, column in trials.items()
+        if column.isna().all() or (column.dtype == object and all(isinstance(v, bool) for v in column.dropna()))
+    ]
+    return trials.assign(**{str(n): trials[n].map(lambda v: v is True or v is np.True_).astype(bool) for n in flags})
+
+
+def _matching(table: pd.DataFrame, name: str, query: str) -> NDArray[np.bool_]:
+    try:
+        result = np.asarray(table.eval(query, engine="python"))
+    except Exception as error:  # pandas raises whatever the expression leads it to
+        raise ConfigError(
+            f"conditions.{name} = {query!r} cannot be evaluated on the trial table: {error}",
+            cure=f"use its columns: {', '.join(map(str, table.columns))}",
+        ) from error
+    if result.dtype != bool or result.shape != (len(table),):
+        raise ConfigError(
+            f"conditions.{name} = {query!r} gives {result.dtype} values, not true or false a trial",
+            cure="write a comparison, such as \"event == 'square'\"",
+        )
+    return result

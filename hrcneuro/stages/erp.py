@@ -1,0 +1,222 @@
+"""erp: averages time-locked to the onset, differences between conditions and their test (paper 2.5.2, 2.6.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.stages import group_contrasts
+
+if TYPE_CHECKING:
+    import mne
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from hrcneuro.eeg.selection import Cell
+
+LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
+
+INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
+GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet")}
+
+FIGURES = {
+    "erp_subject.png": "One subject's potentials with standard errors over trials; maps of the difference (of the "
+    "potential itself where the study has no contrast)",
+    "erp.png": "Grand averages of takeover (colour) and continuation (grey) with standard errors over subjects; grey "
+    "spans and white electrodes: significant differences; maps of the difference (the paper's Fig 2)",
+    "erp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """Baseline, test and figure."""
+
+    conditions: dict[str, str] = option(
+        group_contrasts.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
+    )
+    contrasts: dict[str, tuple[str, ...]] = option(
+        group_contrasts.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
+    )
+    split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
+    baseline_s: tuple[float, ...] = option(
+        (-0.2, 0.0), "start and end of the mean that is subtracted from each trial and channel", unit="s"
+    )
+    overlap: str = option(
+        "keep",
+        "responses to neighbouring onsets: keep them in the average, or regress them out",
+        choices=("keep", "regress"),
+    )
+    correction: str = option(
+        "max", "over channels and times: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
+    )
+    alpha: float = option(0.05, "family-wise error, two-sided", low=0, high=1, open_low=True)
+    cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
+    exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
+    flips: int = option(10_000, "random sign flips beyond that", low=100)
+    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999)
+    seed: int = option(2023, "seed of random sign flips", low=0)
+    channel: str = option("Cz", "channel of the waveforms in the figures")
+    map_times_s: tuple[float, ...] = option((), "times of the maps; empty for the largest differences", unit="s")
+
+
+def check(config: Config) -> list[str]:
+    """Return what is contradictory in the section."""
+    found = group_contrasts.check(config)
+    if len(config.baseline_s) != 2 or config.baseline_s[0] >= config.baseline_s[1]:
+        found.append(f"baseline_s = {list(config.baseline_s)}: give [start, end] with start before end")
+    if len(config.map_times_s) > 4:
+        found.append(f"map_times_s has {len(config.map_times_s)} times; at most 4 fit")
+    return found
+
+
+def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Average one subject's epochs and draw them."""
+    import pandas as pd
+
+    from hrcneuro.eeg.selection import nearest_channel, shortest_gap_s
+    from hrcneuro.io.fif import write_evokeds
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.stages import contrast_tables, erp_figures, erp_panels
+
+    trials = group_contrasts.read_trials(inputs)
+    cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
+    means, data = _averages(trials, [cell.mask for cell in cells], config)
+    write_evokeds(_evokeds(trials, cells, means, config), out / f"{inputs.unit}_ave.fif")
+    gaps = {cell.label: shortest_gap_s(trials.table[cell.mask]) for cell in cells}
+    rows = [(cell.scenario, cell.condition, cell.n, gaps[cell.label]) for cell in cells]
+    table = pd.DataFrame(rows, columns=list(contrast_tables.AVERAGES.columns))
+    write_table(table, out / "averages.parquet", contrast_tables.AVERAGES)
+
+    channel = nearest_channel(config.channel, trials.info["ch_names"])
+    if channel.lower() != config.channel.lower():
+        warnings.append(f"there is no channel {config.channel}: the figure shows {channel}")
+    gap = shortest_gap_s(trials.table)
+    panels = erp_panels.of_subject(trials, data, cells, means, config, channel, gap)
+    erp_figures.draw(
+        panels,
+        trials.times,
+        trials.info,
+        out / "erp_subject.png",
+        channel=channel,
+        gap_s=gap,
+        note=f"{inputs.unit}; bands: standard error over trials",
+    )
+    counts: dict[str, dict[str, int]] = {}
+    for cell in cells:
+        counts.setdefault(cell.scenario, {})[cell.condition] = cell.n
+    return {"trials": counts, "shortest_gap_s": None if gap != gap else gap, "channel": channel, "warnings": warnings}
+
+
+def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Average over subjects, test the contrasts, and draw the paper's Figs 2 and 3."""
+    from hrcneuro.eeg.selection import ALL, nearest_channel
+    from hrcneuro.stages import contrast_tables, erp_figures, erp_panels
+
+    averages, times, info, gap = _read_group(inputs)
+    names = info["ch_names"]
+    axes = {"channel": names, "times": times}
+    pairs = group_contrasts.in_order((pair for maps in averages.values() for pair in maps), config.conditions)
+    contrast_tables.write_grand(averages, pairs, axes, out / "erp.parquet", contrast_tables.ERP)
+
+    adjacency = None
+    if config.correction == "cluster":
+        import mne
+
+        positions = contrast_tables.positions(info).set_index("channel")
+        adjacency = mne.stats.combine_adjacency(group_contrasts.channel_adjacency(positions), len(times))
+    tested = list(group_contrasts.over_subjects(averages, config, adjacency))
+    contrast_tables.write_tested(tested, axes, out / "erp_stats.parquet", contrast_tables.ERP_STATS)
+
+    channel = nearest_channel(config.channel, names)
+    drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s)
+    note = f"n = {len(averages)}; bands: standard error over subjects"
+    for name, chosen in (
+        ("erp.png", [t for t in tested if t.scenario == ALL]),
+        (
+            "erp_scenarios.png",
+            sorted((t for t in tested if t.scenario != ALL), key=lambda t: list(config.contrasts).index(t.name)),
+        ),
+    ):
+        if chosen:
+            panels = drawing.panels(chosen)
+            erp_figures.draw(panels, times, info, out / name, channel=channel, gap_s=gap, note=note)
+    return group_contrasts.group_summary(averages, tested, {"channel": names, "time_s": times}, config)
+
+
+def _averages(
+    trials: group_contrasts.Trials, masks: list[NDArray[np.bool_]], config: Config
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the average of each cell, and the epochs with their baseline subtracted."""
+    import numpy as np
+
+    from hrcneuro.eeg import evoked
+    from hrcneuro.eeg.overlap import regressed_averages
+
+    start, stop = config.baseline_s
+    try:
+        data = evoked.subtract_baseline(trials.data, trials.times, (start, stop))
+    except ValueError as error:
+        raise ConfigError(str(error), cure="move erp.baseline_s into the epochs, or widen them (epoch)") from error
+    if config.overlap == "keep":
+        return evoked.averages(data, np.stack(masks)), data
+    try:
+        means = regressed_averages(trials.data, trials.onsets, np.stack(masks))
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise DataError(
+            f"the overlap of responses cannot be regressed out: {error}", cure="use erp.overlap = 'keep'"
+        ) from error
+    return evoked.subtract_baseline(means, trials.times, (start, stop)), data
+
+
+def _evokeds(
+    trials: group_contrasts.Trials, cells: list[Cell], means: NDArray[np.float64], config: Config
+) -> list[mne.Evoked]:
+    import mne
+
+    start, stop = config.baseline_s
+    return [
+        mne.EvokedArray(
+            mean * 1e-6,
+            trials.info,
+            tmin=float(trials.times[0]),
+            comment=cell.label,
+            nave=cell.n,
+            baseline=(max(start, trials.times[0]), min(stop, trials.times[-1])),
+            verbose="error",
+        )
+        for cell, mean in zip(cells, means, strict=True)
+    ]
+
+
+def _read_group(
+    inputs: Inputs,
+) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float64]]], NDArray[np.float64], mne.Info, float]:
+    """Return subject -> averages (µV, on the channels that all have), times, the channels, and the shortest gap."""
+    import mne
+    import numpy as np
+
+    from hrcneuro.io.fif import read_evokeds
+    from hrcneuro.io.tables import read_table
+
+    units = inputs.units("erp")
+    evokeds = {unit: read_evokeds(inputs.path("erp", f"{unit}_ave.fif", unit=unit)) for unit in units}
+    first = evokeds[units[0]][0]
+    shared = [name for name in first.ch_names if all(name in e[0].ch_names for e in evokeds.values())]
+    averages, gaps = {}, []
+    for unit, found in evokeds.items():
+        group_contrasts.require_same_times(units[0], first.times, unit, found[0].times)
+        picked = [found[0].ch_names.index(name) for name in shared]
+        averages[unit] = {_pair(e.comment): e.data[picked] * 1e6 for e in found}
+        gaps.append(read_table(inputs.path("erp", "averages.parquet", unit=unit))["gap_s"].min())
+    info = mne.pick_info(first.info, [first.ch_names.index(name) for name in shared])
+    known = [gap for gap in gaps if np.isfinite(gap)]
+    return averages, first.times, info, min(known, default=float("nan"))
+
+
+def _pair(comment: str) -> tuple[str, str]:
+    scenario, _, condition = comment.partition("/")
+    return scenario, condition

@@ -1,0 +1,190 @@
+"""The figures of erp: waveforms with maps above them, as in the paper's Figs 2 and 3."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mne
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from hrcneuro.stages.figure_style import GREY, STYLE, legend_below, save, shade_gap
+
+Floats = NDArray[np.float64]
+
+_WIDTH, _HEIGHT = 3.9, 3.1  # inches a panel
+_MAPS = 4
+# Fewer electrodes cannot be interpolated to a map.
+_FEWEST = 4
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A waveform with its standard error, shape (samples,) each, in microvolt."""
+
+    label: str
+    mean: Floats
+    error: Floats
+    colour: str
+
+
+@dataclass(frozen=True)
+class Map:
+    """A topography at one time, shape (channels,), and which electrodes to mark."""
+
+    time: float
+    values: Floats
+    marked: NDArray[np.bool_] | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plot: waveforms of a channel, spans in which they differ, maps above."""
+
+    title: str
+    traces: Sequence[Trace]
+    maps: Sequence[Map]
+    significant: NDArray[np.bool_] | None = None
+    background: Floats | None = None  # all channels, drawn thin behind
+
+
+def draw(
+    panels: Sequence[Panel],
+    times: Floats,
+    info: mne.Info,
+    path: Path,
+    *,
+    channel: str,
+    gap_s: float,
+    note: str = "",
+) -> None:
+    """Write the panels as one picture, two a row.
+
+    Args:
+        panels: In reading order.
+        times: Time of each sample, in seconds.
+        info: The maps' channels.
+        path: The PNG file.
+        channel: Whose waveforms the panels show.
+        gap_s: The shortest time to the next onset, NaN if unknown: what lies beyond is shaded.
+        note: A line below the picture.
+    """
+    columns = min(2, len(panels))
+    rows = -(-len(panels) // columns)
+    placed = _placed(info)
+    limit = _limit([m for p in panels for m in p.maps])
+    low, high = _range(panels)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH * columns + 0.3, _HEIGHT * rows + 0.45))
+        grid = figure.add_gridspec(
+            rows, columns, left=0.6 / (_WIDTH * columns), right=1 - 0.35 / (_WIDTH * columns), top=1 - 0.3 / (_HEIGHT * rows),
+            bottom=0.85 / (_HEIGHT * rows + 0.45), wspace=0.22, hspace=0.42,
+        )  # fmt: skip
+        for i, panel in enumerate(panels):
+            inner = grid[i // columns, i % columns].subgridspec(2, 1, height_ratios=[1, 2.1], hspace=0.08)
+            axes = figure.add_subplot(inner[1])
+            _waveforms(axes, panel, times, gap_s)
+            axes.set_ylim(low, high)
+            axes.set_ylabel(f"{channel} (µV)" if i % columns == 0 else "")
+            axes.set_xlabel("time from onset (ms)" if i // columns == rows - 1 or i + columns >= len(panels) else "")
+            _maps(figure, inner[0], panel, info, placed, limit)
+            axes.text(-0.12, 1.62, chr(65 + i % 26), transform=axes.transAxes, fontsize=11, fontweight="bold", va="top")
+            axes.set_title(panel.title, y=1.5)
+        _legend(figure, panels, gap_s)
+        if note:
+            figure.text(0.01, 0.005, note, fontsize=6.5, color=GREY, va="bottom")
+        save(figure, path)
+
+
+def _waveforms(axes: Axes, panel: Panel, times: Floats, gap_s: float) -> None:
+    ms = times * 1000
+    if panel.significant is not None:
+        for start, stop in _spans(panel.significant):
+            half = (ms[1] - ms[0]) / 2
+            axes.axvspan(ms[start] - half, ms[stop - 1] + half, color="0.82", lw=0, zorder=0)
+    shade_gap(axes, gap_s, times[-1])
+    axes.axhline(0, color="0.6", lw=0.5, zorder=1)
+    axes.axvline(0, color="0.6", lw=0.5, zorder=1)
+    if panel.background is not None:
+        axes.plot(ms, panel.background.T, color="0.8", lw=0.35, zorder=1.5)
+    for trace in panel.traces:
+        if trace.error.any():
+            low, high = trace.mean - trace.error, trace.mean + trace.error
+            axes.fill_between(ms, low, high, color=trace.colour, alpha=0.18, lw=0, zorder=2)
+        axes.plot(ms, trace.mean, color=trace.colour, lw=1.3, label=trace.label, zorder=3)
+    for one in panel.maps:
+        axes.axvline(one.time * 1000, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
+    axes.set_xlim(ms[0], ms[-1])
+    axes.legend(loc="lower right", handlelength=1.4, borderaxespad=0.1)
+
+
+def _maps(figure: Figure, cell: Any, panel: Panel, info: mne.Info, placed: list[int], limit: float) -> None:
+    if len(placed) < _FEWEST or not panel.maps:
+        return
+    places = cell.subgridspec(1, _MAPS + 1, width_ratios=[1] * _MAPS + [0.07], wspace=0.08)
+    shown = mne.pick_info(info, placed)
+    first = (_MAPS - len(panel.maps)) // 2
+    for i, one in enumerate(panel.maps[:_MAPS]):
+        axes = figure.add_subplot(places[first + i])
+        marked = one.marked[placed] if one.marked is not None else np.zeros(len(placed), bool)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # positions outside the head: MNE draws them all the same
+            image, _ = mne.viz.plot_topomap(
+                one.values[placed],
+                shown,
+                axes=axes,
+                show=False,
+                cmap="RdBu_r",
+                vlim=(-limit, limit),
+                contours=4,
+                sensors="k,",
+                mask=marked if marked.any() else None,
+                mask_params=dict(marker="o", markerfacecolor="w", markeredgecolor="k", linewidth=0, markersize=2.6),
+            )
+        axes.set_title(f"{one.time * 1000:.0f} ms", fontsize=7, pad=1)
+    bar = figure.colorbar(image, cax=figure.add_subplot(places[_MAPS]))
+    bar.ax.tick_params(labelsize=6, length=2, pad=1)
+    bar.set_ticks([-limit, 0, limit], labels=[f"-{limit:.2g}", "0", f"{limit:.2g}"])
+    bar.ax.set_title("µV", fontsize=6, pad=3)
+    bar.outline.set_linewidth(0.4)
+
+
+def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float) -> None:
+    patches = []
+    if any(p.significant is not None and p.significant.any() for p in panels):
+        patches.append(Patch(facecolor="0.82", label="significant difference"))
+    legend_below(figure, patches, gap_s)
+
+
+def _placed(info: mne.Info) -> list[int]:
+    locations = np.array([ch["loc"][:3] for ch in info["chs"]])
+    return [i for i, loc in enumerate(locations) if np.isfinite(loc).all() and loc.any()]
+
+
+def _limit(maps: Sequence[Map]) -> float:
+    # One strong electrode should not bleach all maps.
+    largest = max((float(np.quantile(np.abs(m.values), 0.98)) for m in maps), default=0.0)
+    return largest or 1.0
+
+
+def _range(panels: Sequence[Panel]) -> tuple[float, float]:
+    lows, highs = zip(
+        *[(float((t.mean - t.error).min()), float((t.mean + t.error).max())) for p in panels for t in p.traces],
+        strict=True,
+    )
+    low, high = min(lows), max(highs)
+    room = 0.06 * (high - low) or 1.0
+    return low - 3 * room, high + room
+
+
+def _spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

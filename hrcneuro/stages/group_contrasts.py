@@ -1,0 +1,281 @@
+"""What erp and ersp share: conditions and contrasts, reading epochs, and testing contrasts over subjects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+if TYPE_CHECKING:
+    import mne
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from hrcneuro.eeg.contrasts import Contrast
+
+CASES = ("HH", "HR", "RR", "RH")
+CONDITIONS = {
+    **{f"{case}_before": f"condition_before == '{case}'" for case in CASES},
+    **{f"{case}_after": f"condition_after == '{case}'" for case in CASES},
+    **{f"{case}_after_ok": f"condition_after == '{case}' and not error" for case in CASES},
+}
+CONTRASTS = {
+    f"{plus}-{minus}_{position}": (f"{plus}_{position}", f"{minus}_{position}")
+    for position in ("before", "after", "after_ok")
+    for plus, minus in (("HR", "HH"), ("RH", "RR"))
+}
+
+Averages = Mapping[tuple[str, str], "NDArray[np.floating]"]
+"""(scenario, condition) -> a subject's map."""
+
+
+@dataclass(frozen=True)
+class Trials:
+    """A subject's epochs in microvolt, shape (trials, channels, samples), with the trial table."""
+
+    data: NDArray[np.float64]
+    onsets: NDArray[np.integer]  # samples in the continuous recording
+    times: NDArray[np.float64]
+    info: mne.Info
+    table: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A contrast over subjects in one scenario."""
+
+    scenario: str
+    name: str
+    plus: str
+    minus: str
+    units: tuple[str, ...]
+    result: Contrast
+
+
+def check(config: Any) -> list[str]:
+    """Return what is wrong with the contrasts and the test of a Config."""
+    found = []
+    for name, pair in config.contrasts.items():
+        if len(pair) != 2 or pair[0] == pair[1]:
+            found.append(f"contrast {name} = {list(pair)}: it needs two different conditions, [plus, minus]")
+        for condition in pair:
+            if condition not in config.conditions:
+                hint = did_you_mean(condition, config.conditions)
+                known = ", ".join(config.conditions) or "none"
+                found.append(f"contrast {name} names the unknown condition {condition!r}{hint}; allowed: {known}")
+    if not config.conditions:
+        found.append("there is no condition: name at least one in [conditions]")
+    return found
+
+
+def read_trials(inputs: Inputs) -> Trials:
+    """Return the subject's epochs.
+
+    Raises:
+        DataError: There is no epoch, EEG channel or trial table, or a value is not finite.
+    """
+    import numpy as np
+
+    from hrcneuro.io.fif import read_epochs
+
+    path = inputs.path("epoch", "{unit}_epo.fif")
+    epochs = read_epochs(path)
+    cure = f"look at the upstream stages: hrcneuro epoch {inputs.unit} --force"
+    if epochs.metadata is None or not len(epochs):
+        raise DataError(f"{path.name} holds {len(epochs)} epochs and no trial table", cure=cure)
+    if "eeg" not in epochs:
+        raise DataError(f"{path.name} holds no EEG channel", cure=cure)
+    epochs.pick("eeg")
+    data = epochs.get_data(copy=False)
+    data *= 1e6  # in place: a second copy would double the memory
+    if not np.isfinite(data).all():
+        trial, channel = np.argwhere(~np.isfinite(data).all(axis=-1))[0]
+        raise DataError(
+            f"{path.name}: epoch {trial} holds values that are not finite on channel {epochs.ch_names[channel]}",
+            cure=cure,
+        )
+    return Trials(data, epochs.events[:, 0], epochs.times.copy(), epochs.info, epochs.metadata.reset_index(drop=True))
+
+
+def filled_cells(trials: Trials, config: Any, unit: str) -> tuple[list[Any], list[str]]:
+    """Return the cells that hold trials, and a sentence on those that do not.
+
+    Raises:
+        DataError: No cell holds a trial.
+    """
+    from hrcneuro.eeg.selection import cells
+
+    found = cells(trials.table, config.conditions, split=config.split)
+    filled = [cell for cell in found if cell.n]
+    if not filled:
+        events = ", ".join(sorted({str(e) for e in trials.table["event"]})) if "event" in trials.table else "unknown"
+        raise DataError(
+            f"{unit}: none of the {len(trials.table)} epochs belongs to a condition ({', '.join(config.conditions)})",
+            cure=f"correct the queries in [conditions]; the epochs' events are: {events}",
+        )
+    empty = [cell.label for cell in found if not cell.n]
+    return filled, [f"no trials, so left out: {', '.join(empty)}"] if empty else []
+
+
+def in_order(pairs: Iterable[tuple[str, str]], conditions: Iterable[str]) -> list[tuple[str, str]]:
+    """Return (scenario, condition) pairs once each: ``all`` first, then by scenario, conditions as configured."""
+    rank = {name: i for i, name in enumerate(conditions)}
+    return sorted(set(pairs), key=lambda p: (p[0] != "all", p[0], rank.get(p[1], len(rank)), p[1]))
+
+
+def over_subjects(averages: Mapping[str, Averages], config: Any, adjacency: Any) -> Iterator[Tested]:
+    """Yield each contrast of each scenario over the subjects that have both conditions; at least one has.
+
+    Args:
+        averages: Subject -> its maps, all of one shape.
+        config: A Config with contrasts and test options.
+        adjacency: For ``correction = "cluster"``: which points of a map are neighbours.
+    """
+    import numpy as np
+
+    from hrcneuro.eeg.contrasts import summarise
+    from hrcneuro.eeg.permutation import cluster_test, sign_flip_test
+
+    pairs = in_order((pair for maps in averages.values() for pair in maps), config.conditions)
+    for scenario in dict.fromkeys(scenario for scenario, _ in pairs):
+        for name, (plus, minus) in config.contrasts.items():
+            units = [u for u, maps in averages.items() if (scenario, plus) in maps and (scenario, minus) in maps]
+            if not units:
+                continue
+            differences = np.stack(
+                [np.subtract(averages[u][scenario, plus], averages[u][scenario, minus], dtype=float) for u in units]
+            )
+            # Each contrast has its own stream: leaving one out changes no other.
+            seeds = [config.seed, *scenario.encode(), 0, *name.encode()]
+            common: Any = dict(alpha=config.alpha, exact_to=config.exact_subjects, count=config.flips)
+            if len(units) < 2:
+                test = None
+            elif config.correction == "cluster":
+                seed = int(np.random.default_rng(seeds).integers(2**31))
+                test = cluster_test(differences, adjacency, cluster_alpha=config.cluster_alpha, seed=seed, **common)
+            else:
+                test = sign_flip_test(differences, np.random.default_rng(seeds), **common)
+            result = summarise(differences, test, confidence=config.confidence)
+            yield Tested(scenario, name, plus, minus, tuple(units), result)
+
+
+def group_summary(
+    averages: Mapping[str, Averages], tested: list[Tested], axes: Mapping[str, Iterable[Any]], config: Any
+) -> dict[str, Any]:
+    """Return the group's JSON summary; axes as in :func:`contrast_summary`."""
+    contrasts: dict[str, dict[str, Any]] = {}
+    for one in tested:
+        contrasts.setdefault(one.scenario, {})[one.name] = contrast_summary(one, axes)
+    return {
+        "subjects": list(averages),
+        "correction": config.correction,
+        "alpha": config.alpha,
+        "contrasts": contrasts,
+        "warnings": group_warnings(averages, tested, config),
+    }
+
+
+def require_same_times(unit: str, times: NDArray[np.float64], other: str, others: NDArray[np.float64]) -> None:
+    """Refuse to average over subjects whose epochs differ.
+
+    Raises:
+        DataError: Number or times of the samples differ.
+    """
+    import numpy as np
+
+    if len(times) != len(others) or not np.allclose(times, others, atol=1e-6):
+        raise DataError(
+            f"{unit} has {len(times)} samples from {times[0]:g} to {times[-1]:g} s, {other} {len(others)} from "
+            f"{others[0]:g} to {others[-1]:g} s; a group needs the same",
+            cure="give all subjects one preprocess.sfreq and one epoch window, or exclude the one that differs",
+        )
+
+
+def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], config: Any) -> list[str]:
+    """Return sentences on contrasts that lack subjects and on tests that can never reach significance."""
+    from hrcneuro.eeg.permutation import smallest_p
+
+    found, tested = [], list(tested)
+    for t in tested:
+        missing = sorted(set(averages) - set(t.units))
+        if missing:
+            found.append(
+                f"{t.scenario}, {t.name}: without {', '.join(missing)}, who lack a condition (n = {len(t.units)})"
+            )
+    sizes = {t.result.n for t in tested}
+    if 1 in sizes:
+        found.append("a contrast of one subject cannot be tested: its difference is descriptive")
+    found += [
+        f"with {n} subjects the smallest p is {smallest_p(n):.3g}: nothing can be significant at {config.alpha:g}, the "
+        "differences are descriptive"
+        for n in sorted(sizes - {1})
+        if smallest_p(n) > config.alpha
+    ]
+    lost = [name for name in config.contrasts if name not in {t.name for t in tested}]
+    if lost:
+        found.append(f"no subject has both conditions of {', '.join(lost)}")
+    return found
+
+
+def contrast_summary(tested: Tested, axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
+    """Return a contrast as JSON: subjects, significant points, thresholds, and where the difference is largest.
+
+    Args:
+        tested: The contrast.
+        axes: Name -> labels of each axis of the map, in their order.
+    """
+    import numpy as np
+
+    result = tested.result
+    labels = [list(values) for values in axes.values()]
+    at = np.unravel_index(int(np.argmax(np.abs(result.difference))), result.difference.shape)
+    place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
+    peak = place | {"difference_uv": float(result.difference[at])}
+    found: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
+    if result.test is not None:
+        test = result.test
+        peak |= {"t": _jsonable(test.t[at]), "p": float(test.p[at]), "dz": float(result.dz[at])}
+        found |= {"significant": int(test.significant.sum()), "p_min": float(test.p.min())}
+        found |= {
+            "t_low": _jsonable(test.low),
+            "t_high": _jsonable(test.high),
+            "flips": test.flips,
+            "exact": test.exact,
+        }
+    return found
+
+
+def channel_adjacency(positions: pd.DataFrame) -> Any:
+    """Return which channels are neighbours (Delaunay triangles on the scalp), as a sparse matrix.
+
+    Args:
+        positions: Channel -> x, y, z in metres, NaN where unknown.
+
+    Raises:
+        ConfigError: A channel has no position.
+    """
+    import mne
+
+    lost = positions.index[positions.isna().any(axis=1)]
+    if len(lost):
+        raise ConfigError(
+            f"correction = 'cluster' needs the position of every channel; unknown: {', '.join(lost)}",
+            cure="name the channels as in the 10-05 system, or use correction = 'max'",
+        )
+    info = mne.create_info(list(positions.index), 1.0, "eeg")
+    places = dict(zip(positions.index, positions.to_numpy(), strict=True))
+    info.set_montage(mne.channels.make_dig_montage(places, coord_frame="head"), verbose="error")
+    adjacency, _ = mne.channels.find_ch_adjacency(info, "eeg")
+    return adjacency
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, str):
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
