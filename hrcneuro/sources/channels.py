@@ -21,7 +21,8 @@ def shape(
     *,
     rename: Mapping[str, str],
     types: Mapping[str, str],
-    drop: Iterable[str],
+    drop: tuple[str, ...],
+    bads: tuple[str, ...],
     montage: str,
     unit: str,
 ) -> None:
@@ -32,16 +33,19 @@ def shape(
         rename: Name in the file -> name here.
         types: Name here -> type. Without it a channel whose name contains ``EOG`` is taken for one.
         drop: Names in the file of channels to leave out.
+        bads: Names here of channels that are bad, beside those that the file marks.
         montage: ``auto`` (the file's positions, else the 10-05 system's by name), ``none``, or a montage of MNE.
         unit: Unit in which the file's numbers stand; empty to believe the file.
 
     Raises:
         ConfigError: A map names a channel or montage that there is not, or two channels get one name.
     """
-    _drop(recording, tuple(drop))
+    _drop(recording, drop)
     _merge_copies(recording)
     _rename(recording, rename)
     _retype(recording, types)
+    require(bads, recording.ch_names, "acquire.bads")
+    recording.bads = list(dict.fromkeys([*recording.bads, *bads]))
     if unit:
         _rescale(recording, unit)
     _position(recording, montage)
@@ -108,6 +112,7 @@ def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
         known = {old: new for old, new in mapping.items() if old in recording.montage.ch_names}
         recording.montage.rename_channels(known)
     recording.ch_names = names
+    recording.bads = [mapping.get(name, name) for name in recording.bads]
 
 
 def _retype(recording: Recording, types: Mapping[str, str]) -> None:
@@ -158,17 +163,16 @@ def _own_positions(recording: Recording) -> mne.channels.DigMontage | None:
 
 def standard_montage() -> mne.channels.DigMontage:
     """Return the positions of the 10-05 system on MNE's template head."""
-    import mne
-
-    # MNE renamed it; the old name warns in new versions and the new one is unknown to old versions.
-    names = mne.channels.get_builtin_montages()
-    return mne.channels.make_standard_montage("colin27_1005" if "colin27_1005" in names else "standard_1005")
+    return _named_montage("standard_1005")
 
 
 def _named_montage(name: str) -> mne.channels.DigMontage:
     import mne
 
     known = mne.channels.get_builtin_montages()
+    # MNE 1.13 renamed its template's montages; both names are taken, whichever MNE is installed.
+    pairs = (("standard_", "colin27_"), ("colin27_", "standard_"))
+    name = next((new for a, b in pairs if name not in known and (new := name.replace(a, b)) in known), name)
     if name not in known:
         raise ConfigError(
             f"acquire.montage = {name!r}{did_you_mean(name, known)}; allowed: auto, none, {', '.join(known)}",

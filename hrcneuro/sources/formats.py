@@ -110,6 +110,7 @@ def _convert(raw: mne.io.BaseRaw, path: Path) -> Recording:
         data, [raw.ch_names[i] for i in keep], [kinds[i] for i in keep], sfreq, markers_of([], []), montage=montage
     )
     recording.units = _units(raw, recording.ch_names, path)
+    recording.bads = [name for name in raw.info["bads"] if name in recording.ch_names]
     if len(keep) < len(kinds):
         left = [raw.ch_names[i] for i in range(len(kinds)) if i not in keep]
         recording.notes.append(f"channels of other types left out: {', '.join(left)}")

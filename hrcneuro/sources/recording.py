@@ -26,6 +26,7 @@ class Recording:
     ``data``: channels × samples, volts (stim channels: codes). ``markers``: columns onset_s (from the first sample, not
     rounded to one) and event, in order of time. ``breaks_s``: where a new segment begins, the first one left out.
     ``spans``: stretches marked bad, as (onset_s, duration_s, text). ``montage``: EEG positions, where known.
+    ``bads``: channels marked bad beforehand.
     """
 
     data: np.ndarray
@@ -37,6 +38,7 @@ class Recording:
     spans: list[tuple[float, float, str]] = field(default_factory=list)
     montage: mne.channels.DigMontage | None = None
     units: list[str] = field(default_factory=list)
+    bads: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -56,6 +58,7 @@ class Recording:
         self.ch_names = [self.ch_names[i] for i in picks]
         self.ch_types = [self.ch_types[i] for i in picks]
         self.units = [self.units[i] for i in picks] if self.units else []
+        self.bads = [name for name in self.bads if name in self.ch_names]
 
 
 def markers_of(onsets_s: np.ndarray | list[float], events: list[str]) -> pd.DataFrame:
@@ -70,11 +73,13 @@ def onset_samples(onsets_s: np.ndarray, sfreq: float) -> np.ndarray:
 
 
 def check_signals(recording: Recording) -> None:
-    """Refuse EEG and EOG that no later stage could use.
+    """Refuse EEG and EOG that no later stage could use; a channel marked bad only has its gaps filled with zeros.
+
+    A flat EEG channel is noted: preprocess makes it from the others.
 
     Raises:
-        DataError: There is no EEG channel, a channel has samples that are no numbers, a channel is constant
-            throughout, or the numbers cannot be the unit they are taken for.
+        DataError: There is no EEG channel, a channel has samples that are no numbers, or the numbers cannot be the
+            unit they are taken for.
     """
     if not recording.picks("eeg"):
         raise DataError(
@@ -83,20 +88,24 @@ def check_signals(recording: Recording) -> None:
         )
     for i in recording.picks(*_SIGNALS):
         name, row = recording.ch_names[i], recording.data[i]
-        bad = ~np.isfinite(row)
-        if bad.any():
-            first = int(np.argmax(bad)) / recording.sfreq
-            raise DataError(
-                f"channel {name} has {int(bad.sum())} of {bad.size} samples that are no numbers, the first at "
-                f"{first:.3f} s",
-                cure=f"leave the channel out (acquire.drop = ['{name}']) or repair the recording",
-            )
+        _check_numbers(name, row, recording)
         if np.ptp(row) == 0:
-            raise DataError(
-                f"channel {name} is flat: {row[0] * 1e6:g} µV from the first sample to the last",
-                cure=f"leave the channel out: acquire.drop = ['{name}']",
-            )
+            recording.notes.append(f"channel {name} is flat: {row[0] * 1e6:g} µV from the first sample to the last")
     _check_unit(recording)
+
+
+def _check_numbers(name: str, row: np.ndarray, recording: Recording) -> None:
+    bad = ~np.isfinite(row)
+    if not bad.any():
+        return
+    if name in recording.bads:
+        row[bad] = 0
+        return
+    first = int(np.argmax(bad)) / recording.sfreq
+    raise DataError(
+        f"channel {name} has {int(bad.sum())} of {bad.size} samples that are no numbers, the first at {first:.3f} s",
+        cure=f"have it interpolated (acquire.bads = ['{name}']) or leave it out (acquire.drop = ['{name}'])",
+    )
 
 
 def _check_unit(recording: Recording) -> None:
@@ -124,6 +133,7 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     info = mne.create_info(recording.ch_names, recording.sfreq, recording.ch_types, verbose="error")
     if reference:
         info["description"] = f"reference of the recording: {reference}"
+    info["bads"] = list(recording.bads)
     raw = mne.io.RawArray(recording.data, info, verbose="error")
     if recording.montage is not None:
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import gzip
+import logging
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.recording import CHANNEL_TYPES, Recording, markers_of
 
+_GZIP = b"\x1f\x8b"
 _UNITS = {"microvolts": "uV", "uv": "uV", "millivolts": "mV", "mv": "mV", "volts": "V", "v": "V"}
-_VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6}
 
 
 def read_xdf(path: Path, *, stream: str = "") -> Recording:
@@ -30,24 +35,51 @@ def read_xdf(path: Path, *, stream: str = "") -> Recording:
         raise ConfigError(
             "reading XDF needs pyxdf, which is not installed", cure="pip install 'hrcneuro[xdf]'"
         ) from error
-    try:
-        streams, _ = pyxdf.load_xdf(path, verbose=False)
-    except Exception as error:
-        raise DataError(
-            f"{path.name} cannot be read as XDF: {type(error).__name__}: {error}", cure="copy the recording again"
-        ) from error
+    with _complaints() as notes, _opened(path) as file:
+        try:
+            streams, _ = pyxdf.load_xdf(file, verbose=False)
+        except Exception as error:
+            # pyxdf raises whatever a damaged chunk leads to; for a person it is one thing.
+            raise DataError(f"{path.name} cannot be read as XDF: {error}", cure="copy the recording again") from error
     signals = [s for s in streams if _rate(s) > 0 and len(s["time_stamps"]) > 1]
     eeg = _choose(signals, stream, path)
     recording = _signals(eeg, path)
     marks = [s for s in streams if _rate(s) == 0 and (_info(s, "type") == "Markers" or _is_text(s))]
     _place(recording, eeg["time_stamps"], marks)
     recording.breaks_s = [start / recording.sfreq for start, _ in eeg["info"]["segments"] if start > 0]
+    recording.notes += notes
     recording.notes.append(
         f"stream {_info(eeg, 'name')!r}: {len(eeg['time_stamps'])} samples at {recording.sfreq:g} Hz "
         f"(measured {float(eeg['info']['effective_srate']):.3f} Hz); marker streams: "
         + (", ".join(_info(s, "name") for s in marks) or "none")
     )
     return recording
+
+
+def _opened(path: Path) -> BinaryIO:
+    # Opened here, since pyxdf leaves a file open that it refuses.
+    file: BinaryIO = path.open("rb")
+    if file.read(2) == _GZIP:
+        file.close()
+        return cast("BinaryIO", gzip.open(path, "rb"))
+    file.seek(0)
+    return file
+
+
+@contextlib.contextmanager
+def _complaints() -> Iterator[list[str]]:
+    """Collect what pyxdf logs of damaged chunks, which it skips, instead of showing it on the terminal."""
+    notes: list[str] = []
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: notes.append(f"pyxdf: {record.getMessage()}")  # type: ignore[method-assign]
+    logger = logging.getLogger("pyxdf")
+    before, logger.propagate = logger.propagate, False
+    logger.addHandler(handler)
+    try:
+        yield notes
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = before
 
 
 def _choose(signals: list[dict[str, Any]], wanted: str, path: Path) -> dict[str, Any]:
@@ -84,7 +116,7 @@ def _signals(stream: dict[str, Any], path: Path) -> Recording:
     units = [_UNITS.get(one.get("unit", "microvolts").lower(), "uV") for one in about]
     types = [k if k in CHANNEL_TYPES else "misc" for k in kinds]
     for row, unit, kind in zip(values, units, types, strict=True):
-        row *= 1.0 if kind == "stim" else _VOLTS[unit]
+        row *= 1.0 if kind == "stim" else VOLTS[unit]
     recording = Recording(values, names, types, _rate(stream), markers_of([], []), units=units)
     if not _channels(stream):
         recording.notes.append(f"{path.name} names no channels: they are called EEG001 …, in microvolts")

@@ -38,6 +38,7 @@ class Config:
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
     channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; *EOG* are found by name")
     drop: tuple[str, ...] = option((), "channels of the file to leave out")
+    bads: tuple[str, ...] = option((), "channels known to be bad: preprocess makes them from the others")
     montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
     unit: str = option(
         "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
@@ -173,6 +174,7 @@ def _shape(config: Config, signals: Recording) -> None:
         rename=config.channel_map,
         types=config.channel_types,
         drop=config.drop,
+        bads=config.bads,
         montage=config.montage,
         unit=config.unit,
     )
@@ -225,6 +227,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
         "duration_s": round(signals.duration_s, 3),
         "events": histogram(table[table["onset_sample"].notna()]),
         "rows": len(table),
+        "bads": signals.bads,
         "breaks": len(signals.breaks_s),
         "reference": _reference(config) or "not stated",
         "without_position": lost,
