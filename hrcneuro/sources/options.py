@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hrcneuro.contract import option
+from hrcneuro.eeg.synthetic.params import EFFECTS, SyntheticParams
 
-EFFECTS = ("anticipation", "post_error", "turn", "both", "none")
+_EEG = SyntheticParams()
 
 
 @dataclass(frozen=True)
@@ -47,30 +48,34 @@ class Timing:
 class Eeg:
     """The synthetic recording; amplitudes are medians over subjects, at the channel where they peak."""
 
-    effect: str = option("anticipation", "which moves carry the extra positivity", choices=EFFECTS)
-    effect_uv: float | None = option(None, "size of the extra; none: the effect's calibrated size", unit="uV", low=0)
-    sequential_share: float = option(0.5, "share of the effect that is left in sC", low=0)
-    positivity_uv: float = option(4.0, "fronto-central positivity after every move", unit="uV", low=0)
-    latency_ms: float = option(500.0, "its latency", unit="ms", low=0)
-    latency_sd_ms: float = option(40.0, "standard deviation of the latency over trials", unit="ms", low=0)
-    amplitude_sigma: float = option(0.4, "sigma of the lognormal amplitude over trials", low=0)
-    visual_uv: float = option(5.0, "occipital response to motion onset", unit="uV", low=0)
-    motor_uv: float = option(3.0, "central response around the human's own moves", unit="uV", low=0)
-    error_uv: float = option(7.0, "fronto-central response to a move that goes wrong", unit="uV", low=0)
-    background_uv: float = option(8.5, "RMS of the 1/f background, 1-40 Hz", unit="uV", low=0)
-    exponent: float = option(1.3, "exponent of its power spectrum", low=0)
-    dipoles: int = option(200, "number of background dipoles", low=1)
-    sensor_uv: float = option(2.0, "RMS of white sensor noise, 1-40 Hz", unit="uV", low=0)
-    alpha_uv: float = option(10.0, "RMS of the occipital rhythm", unit="uV", low=0)
-    alpha_hz: float = option(10.0, "its frequency", unit="Hz", low=0, open_low=True)
-    mu_uv: float = option(3.0, "RMS of the central rhythm at rest", unit="uV", low=0)
-    blinks_per_min: float = option(14.0, "blinks a minute", low=0)
-    blink_uv: float = option(180.0, "peak of a blink at the forehead", unit="uV", low=0)
-    saccade_uv: float = option(25.0, "standard deviation of gaze at the canthi", unit="uV", low=0)
-    line_uv: float = option(4.0, "amplitude of the power line's hum", unit="uV", low=0)
-    line_hz: float = option(50.0, "its frequency", unit="Hz", low=0, open_low=True)
-    drift_uv: float = option(40.0, "RMS of slow electrode drift", unit="uV", low=0)
-    bad_channels: int = option(3, "at most so many channels go bad now and then", low=0, high=27)
-    noisy_channels: int = option(1, "at most so many channels are noisy throughout", low=0, high=27)
-    trigger_jitter_ms: float = option(2.0, "standard deviation of trigger against movement", unit="ms", low=0)
-    variability: float = option(1.0, "scales how much subjects differ; 0 makes them alike", low=0)
+    effect: str = option(_EEG.effect, "which moves carry the extra positivity", choices=EFFECTS)
+    effect_uv: float | None = option(
+        _EEG.effect_uv, "size of the extra; none: the effect's calibrated size", unit="uV", low=0
+    )
+    sequential_share: float = option(_EEG.sequential_share, "share of the effect that is left in sC", low=0)
+    positivity_uv: float = option(_EEG.positivity_uv, "fronto-central positivity after every move", unit="uV", low=0)
+    latency_ms: float = option(_EEG.latency_ms, "its latency", unit="ms", low=0)
+    latency_sd_ms: float = option(_EEG.latency_sd_ms, "standard deviation of the latency over trials", unit="ms", low=0)
+    amplitude_sigma: float = option(_EEG.amplitude_sigma, "sigma of the lognormal amplitude over trials", low=0)
+    visual_uv: float = option(_EEG.visual_uv, "occipital response to motion onset", unit="uV", low=0)
+    motor_uv: float = option(_EEG.motor_uv, "central response around the human's own moves", unit="uV", low=0)
+    error_uv: float = option(_EEG.error_uv, "fronto-central response to a move that goes wrong", unit="uV", low=0)
+    background_uv: float = option(_EEG.background_uv, "RMS of the 1/f background, 1-40 Hz", unit="uV", low=0)
+    exponent: float = option(_EEG.exponent, "exponent of its power spectrum", low=0)
+    dipoles: int = option(_EEG.dipoles, "number of background dipoles", low=1)
+    sensor_uv: float = option(_EEG.sensor_uv, "RMS of white sensor noise, 1-40 Hz", unit="uV", low=0)
+    alpha_uv: float = option(_EEG.alpha_uv, "RMS of the occipital rhythm", unit="uV", low=0)
+    alpha_hz: float = option(_EEG.alpha_hz, "its frequency", unit="Hz", low=0, open_low=True)
+    mu_uv: float = option(_EEG.mu_uv, "RMS of the central rhythm at rest", unit="uV", low=0)
+    blinks_per_min: float = option(_EEG.blinks_per_min, "blinks a minute", low=0)
+    blink_uv: float = option(_EEG.blink_uv, "peak of a blink at the forehead", unit="uV", low=0)
+    saccade_uv: float = option(_EEG.saccade_uv, "standard deviation of gaze at the canthi", unit="uV", low=0)
+    line_uv: float = option(_EEG.line_uv, "amplitude of the power line's hum", unit="uV", low=0)
+    line_hz: float = option(_EEG.line_hz, "its frequency", unit="Hz", low=0, open_low=True)
+    drift_uv: float = option(_EEG.drift_uv, "RMS of slow electrode drift", unit="uV", low=0)
+    bad_channels: int = option(_EEG.bad_channels, "at most so many channels go bad now and then", low=0, high=27)
+    noisy_channels: int = option(_EEG.noisy_channels, "at most so many channels are noisy throughout", low=0, high=27)
+    trigger_jitter_ms: float = option(
+        _EEG.trigger_jitter_ms, "standard deviation of trigger against movement", unit="ms", low=0
+    )
+    variability: float = option(_EEG.variability, "scales how much subjects differ; 0 makes them alike", low=0)

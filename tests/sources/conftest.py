@@ -148,8 +148,8 @@ def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
         )
         count = b"\x04" + struct.pack("<I", len(stream["stamps"]))
         chunks.append(_chunk(3, number_bytes + count + body))
-        for at in (stream["stamps"][0], stream["stamps"][-1]):
-            chunks.append(_chunk(4, number_bytes + struct.pack("<dd", at, stream.get("offset", 0.0))))
+        clocks = [struct.pack("<dd", stream["stamps"][i], stream.get("offset", 0.0)) for i in (0, -1)]
+        chunks += [_chunk(4, number_bytes + clock) for clock in clocks]
         chunks.append(_chunk(6, number_bytes + b"<?xml version='1.0'?><info></info>"))
     path.write_bytes(b"XDF:" + b"".join(chunks))
     return path

@@ -102,7 +102,7 @@ def test_a_copied_channel_is_left_out(study, config, tmp_path, noise_uv, write_s
 def test_a_subject_that_is_not_there_names_those_that_are(study, config):
     study("s01")
     study("s02", seed=2)
-    with pytest.raises(DataError, match="no subject 's20'.*subjects found: s01, s02"):
+    with pytest.raises(DataError, match=r"no subject 's20'.*subjects found: s01, s02"):
         acquire.sources(config, "s20")
 
 
@@ -237,7 +237,7 @@ def test_two_codes_that_fit_must_be_told_apart(study, config, tmp_path, moves):
 
 def test_an_onset_code_that_does_not_occur(study, config, tmp_path):
     study()
-    with pytest.raises(ConfigError, match="no marker '33052'.*did you mean '33025'.*33025 × "):
+    with pytest.raises(ConfigError, match=r"no marker '33052'.*did you mean '33025'.*33025 × "):
         run(acquire.Config(source="dataset", path=config.path, onset_event="33052"), tmp_path / "out")
 
 

@@ -277,7 +277,7 @@ def test_the_subject_stands_in_the_path(original, tmp_path):
     pattern = str(tmp_path / "{subject}" / "{subject}_raw.fif")
     config = acquire.Config(source="file", path=pattern)
     assert acquire.sources(config, "p2")["recording"] == tmp_path / "p2/p2_raw.fif"
-    with pytest.raises(DataError, match="of p3 does not exist.*subjects found: p1, p2"):
+    with pytest.raises(DataError, match=r"of p3 does not exist.*subjects found: p1, p2"):
         acquire.sources(config, "p3")
 
 
@@ -294,7 +294,8 @@ def eeg_stream(samples: np.ndarray, *, srate: float = 100.0, start: float = 50.0
     stamps = start + np.arange(len(samples)) / srate
     labels = ["Fz", "Cz", "EOG1"]
     return {
-        "name": "amp", "type": "EEG", "srate": srate, "format": "float32", "labels": labels, "types": ["EEG", "EEG", "EOG"],
+        "name": "amp", "type": "EEG", "srate": srate, "format": "float32", "labels": labels,
+        "types": ["EEG", "EEG", "EOG"],
         "stamps": stamps, "samples": samples, **more,
     }  # fmt: skip
 
@@ -335,7 +336,7 @@ def test_xdf_with_two_eeg_streams_asks_which(tmp_path, noise_uv, write_xdf):
     path = write_xdf(tmp_path / "rec.xdf", streams)
     with pytest.raises(ConfigError, match="2 streams that may be the EEG: amp, second"):
         run(path, tmp_path / "out")
-    with pytest.raises(ConfigError, match="no regular stream 'secnd'.*did you mean 'second'"):
+    with pytest.raises(ConfigError, match=r"no regular stream 'secnd'.*did you mean 'second'"):
         run(path, tmp_path / "out", stream="secnd")
     _, raw, _ = run(path, tmp_path / "out", stream="second")
     np.testing.assert_allclose(raw.get_data() * 1e6, data.T * 2, rtol=1e-5, atol=1e-5)
