@@ -2,14 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
+
+from hrcneuro.errors import did_you_mean
+
+# The last window of the study's 405 features ends here (paper 2.5.4).
+_FEATURES_END_S = 0.6
 
 
 def errors(settings: Any) -> list[str]:
-    """Return the contradictions between sections."""
-    return []
+    """Return the contradictions between sections, each with what is allowed."""
+    return [*_subjects(settings), *_rates(settings.sections), *_windows(settings.sections)]
 
 
 def warnings(settings: Any) -> list[str]:
     """Return what is allowed but worth knowing."""
-    return []
+    sections = settings.sections
+    gap = sections["acquire"].timing.soa_min_s
+    found = []
+    if settings.study.split == "scenario" and settings.shared.problems:
+        end = sections["decode"].mean_window_s[1]
+        if end > gap:
+            found.append(
+                f"decode.mean_window_s ends at {end:g} s, past the shortest gap of {gap:g} s between onsets: "
+                "what follows a trial leaks into it, as in the paper; [0.0, 0.6] avoids that"
+            )
+    known = set(settings.study.subjects)
+    found += [
+        f"study.exclude names {s!r}{did_you_mean(s, known)}, who is not in study.subjects"
+        for s in settings.study.exclude
+        if s not in known
+    ]
+    return found
+
+
+def _subjects(settings: Any) -> Iterator[str]:
+    subjects = settings.study.subjects
+    if not subjects:
+        yield "study.subjects is empty: name at least one subject"
+    for subject in sorted({s for s in subjects if subjects.count(s) > 1}):
+        yield f"study.subjects names {subject!r} twice"
+    for subject in subjects:
+        if subject == "group" or not subject.replace("-", "").replace("_", "").isalnum():
+            yield f"study.subjects names {subject!r}; allowed: letters, digits, - and _, and not the word group"
+
+
+def _rates(sections: Mapping[str, Any]) -> Iterator[str]:
+    acquire, clean, ersp = sections["acquire"], sections["preprocess"], sections["ersp"]
+    rates = {"preprocess.sfreq": clean.sfreq}
+    if acquire.source in ("synthetic", "semisynthetic"):
+        rates["acquire.sfreq"] = acquire.sfreq
+    edges = {"preprocess.h_freq": clean.h_freq, "ersp.high_hz": ersp.high_hz}
+    for edge, frequency in edges.items():
+        for name, rate in rates.items():
+            if frequency >= rate / 2:
+                yield (
+                    f"{edge} = {frequency:g} Hz is not below the Nyquist frequency of {name} = {rate:g} Hz; "
+                    f"allowed: below {rate / 2:g} Hz"
+                )
+
+
+def _windows(sections: Mapping[str, Any]) -> Iterator[str]:
+    start, end = sections["epoch"].tmin, sections["epoch"].tmax
+    windows = {"erp.baseline_s": sections["erp"].baseline_s}
+    if sections["decode"].problems:
+        windows["decode.mean_window_s"] = sections["decode"].mean_window_s
+        if end < _FEATURES_END_S:
+            yield f"epoch.tmax = {end:g} s ends before the decoder's last window, {_FEATURES_END_S:g} s after the onset"
+    for name, window in windows.items():
+        if window and (window[0] < start or window[-1] > end):
+            yield (
+                f"{name} = {list(window)} lies outside the epoch; allowed: within {start:g} to {end:g} s "
+                "(epoch.tmin, epoch.tmax)"
+            )

@@ -1,0 +1,66 @@
+"""The product from outside: the command line in a folder of its own, and the smoke study, run once for all tests."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+ROOT = Path(__file__).parents[1]
+COMMAND = [sys.executable, "-m", "hrcneuro"]
+
+
+@dataclass
+class Done:
+    """What a finished command left: exit code and texts."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        return json.loads(self.out)
+
+    @property
+    def states(self):
+        return {f"{i['stage']} {i['unit']}": i["state"] for i in self.json["items"]}
+
+
+def call(*arguments, cwd=ROOT, env=None, timeout=300):
+    """Run ``hrcneuro`` and return what it did."""
+    environment = {**os.environ, "NO_COLOR": "1", **(env or {})}
+    environment.pop("HRCNEURO_CACHE", None) if not env else None
+    done = subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+    return Done(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture(scope="session")
+def hrcneuro():
+    """The command line as a function."""
+    return call
+
+
+@pytest.fixture(scope="session")
+def smoke(tmp_path_factory, worker_id):
+    """The working folder of a finished smoke study, shared by all test workers; do not change it."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base if worker_id == "master" else base.parent) / "smoke"
+    with FileLock(f"{folder}.lock"):
+        if not (folder / "done").exists():
+            done = call("run", "pipelines/smoke.toml", "--workdir", folder, "-j", "2", "--json", timeout=500)
+            assert done.code == 0, done.err
+            (folder / "done").write_text(done.out)
+    return folder

@@ -1,0 +1,137 @@
+"""Every command as a user meets it: help, examples, exit codes, errors with a cure."""
+
+import json
+import re
+import shlex
+
+import pytest
+
+COMMANDS = [
+    *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
+    *(["run"], ["status"], ["path"], ["report"]),
+    *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
+]
+
+
+def examples(text):
+    return re.findall(r"^ +hrcneuro (.+)$", text.partition("Examples:")[2], flags=re.M)
+
+
+def test_help_lists_every_command(hrcneuro):
+    text = hrcneuro("--help").out
+    for words in COMMANDS:
+        assert f"\n  {words[0]} " in text
+    assert len(examples(text)) == 2
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, words):
+    done = hrcneuro(*words, "--help")
+    assert done.code == 0
+    found = examples(done.out)
+    assert len(found) == 2
+    for example in found:
+        arguments = shlex.split(example)
+        given = [] if words == ["run"] or "--config" in arguments else ["--config", "configs/smoke.toml"]
+        if arguments[:1] == ["run"] and len(arguments) == 1:
+            given = ["--dry-run"]
+        if words == ["cache", "gc"] and "--dry-run" not in arguments:
+            given.append("--dry-run")
+        if "--workdir" not in arguments:
+            given += ["--workdir", str(smoke)]
+        else:
+            arguments[arguments.index("--workdir") + 1] = str(smoke)
+        again = hrcneuro(*arguments, *given)
+        assert again.code == 0, f"{example}: {again.err}"
+
+
+def test_the_version_is_printed(hrcneuro):
+    assert re.fullmatch(r"hrcneuro \d+\.\d+\.\d+\n", hrcneuro("--version").out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["epok"], 2, ["No such command"]),
+        (["epoch", "--colour"], 2, ["No such option"]),
+        (["epoch", "s1"], 2, ["unknown subject 's1'", "did you mean 's01'", "cure"]),
+        (["epoch", "-j", "-3"], 2, ["-j -3", "at least 1"]),
+        (["epoch", "--executor", "procesess"], 2, ["did you mean 'processes'"]),
+        (["epoch", "--config", "nowhere.toml"], 2, ["nowhere.toml does not exist"]),
+        (["run", "nowhere.toml"], 2, ["nowhere.toml does not exist"]),
+        (["path", "epok", "s01"], 2, ["did you mean 'epoch'"]),
+        (["path", "epoch", "s01"], 3, ["has not run", "hrcneuro epoch s01"]),
+        (["config", "show", "epok"], 2, ["did you mean 'epoch'"]),
+        (["simulate", "--set", "simulate.repetitons=3"], 2, ["did you mean 'repetitions'"]),
+        (["epoch", "s01", "--set", "acquire.source=dataset", "--set", "acquire.path=nowhere"], 3, ["nowhere"]),
+    ],
+)
+def test_a_mistake_gets_one_message_with_a_cure_and_the_right_code(hrcneuro, tmp_path, arguments, code, words):
+    done = hrcneuro(*arguments, *(["--workdir", tmp_path] if "No such" not in words[0] else []))
+    assert done.code == code, done.err
+    for word in words:
+        assert word in done.err
+    assert "Traceback" not in done.err
+    assert done.out == ""
+
+
+def test_all_configuration_mistakes_come_at_once(hrcneuro, tmp_path):
+    (tmp_path / "bad.toml").write_text("[preproces]\n[epoch]\ntmim = 1\n[decode]\nfolds = 1\nrepeats = 'x'\n")
+    done = hrcneuro("config", "check", "--config", tmp_path / "bad.toml")
+    assert done.code == 2
+    for word in ("[preproces]", "'preprocess'", "epoch.tmim", "decode.folds = 1", "decode.repeats = 'x'"):
+        assert word in done.err
+
+
+def test_an_error_in_json_mode_is_json(hrcneuro, tmp_path):
+    done = hrcneuro("epoch", "nobody", "--json", "--workdir", tmp_path)
+    assert done.code == 2
+    assert done.json["ok"] is False
+    assert "nobody" in done.json["error"]["problem"]
+
+
+def test_debug_shows_the_traceback(hrcneuro, tmp_path):
+    assert "Traceback" in hrcneuro("epoch", "nobody", "--debug", "--workdir", tmp_path).err
+
+
+def test_path_prints_where_an_artifact_lies(hrcneuro, smoke):
+    done = hrcneuro("path", "epoch", "s01", "conditions.parquet", "--workdir", smoke)
+    assert done.code == 0
+    from pathlib import Path
+
+    assert Path(done.out.strip()).is_file()
+    assert hrcneuro("path", "epoch", "s01", "nothing.txt", "--workdir", smoke).code == 3
+
+
+def test_config_show_prints_values_ranges_and_origins(hrcneuro):
+    done = hrcneuro("config", "show", "preprocess", "--config", "configs/smoke.toml", "--set", "preprocess.l_freq=0.5")
+    line = next(x for x in done.out.splitlines() if x.startswith("l_freq"))
+    assert line.startswith("l_freq = 0.5")
+    assert "--set" in line
+    assert "Hz" in line
+    assert any("configs/smoke.toml" in x for x in done.out.splitlines() if x.startswith("sfreq"))
+
+
+def test_what_config_show_prints_is_a_configuration(hrcneuro, tmp_path):
+    (tmp_path / "all.toml").write_text(hrcneuro("config", "show", "--config", "configs/smoke.toml").out)
+    done = hrcneuro("config", "show", "--config", tmp_path / "all.toml", "--json")
+    assert done.code == 0, done.err
+    again = hrcneuro("config", "show", "--config", "configs/smoke.toml", "--json")
+    assert done.json["config"] == again.json["config"]
+
+
+def test_the_second_run_is_all_hits_and_prints_the_same_summaries(hrcneuro, smoke):
+    first = json.loads((smoke / "done").read_text())
+    done = hrcneuro("run", "pipelines/smoke.toml", "--workdir", smoke, "--json")
+    assert set(done.states.values()) == {"hit"}
+    assert {i["stage"] for i in done.json["items"]} == {c[0] for c in COMMANDS[:8]}
+    assert [i["summary"] for i in first["items"]] == [i["summary"] for i in done.json["items"]]
+    assert (smoke / "results" / "report.html").is_file()
+
+
+def test_status_names_the_parameter_and_says_fresh(hrcneuro, smoke):
+    given = ("--config", "configs/smoke.toml", "--workdir", smoke)
+    assert "stale" not in hrcneuro("status", *given).out
+    done = hrcneuro("status", *given, "--set", "preprocess.l_freq=0.5")
+    assert "params: preprocess.l_freq 1.0 -> 0.5" in done.out
+    assert "stale" in done.out
