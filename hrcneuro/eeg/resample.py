@@ -87,8 +87,8 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
 def resample(data: np.ndarray, made: Ratio, *, pass_freq: float, borders: Sequence[int] = ()) -> np.ndarray:
     """Return ``data`` at the new rate, as a view into ``data``'s own memory (its old content is lost).
 
-    Stretches between borders do not mix: each is continued by its first and last value. The grid goes on across
-    borders, so that no event drifts.
+    Stretches between borders do not mix: each is continued by its own point reflection at its ends, which keeps level
+    and slope. The grid goes on across borders, so that no event drifts.
 
     Args:
         data: channels × samples at ``made.source`` Hz.
@@ -127,6 +127,6 @@ class _Stretch:
     def apply(self, channel: np.ndarray) -> np.ndarray:
         from scipy.signal import upfirdn
 
-        padded = np.pad(channel[self.start : self.stop], self.pad, mode="edge")
+        padded = np.pad(channel[self.start : self.stop], self.pad, mode="reflect", reflect_type="odd")
         out = upfirdn(self.taps, padded, self.made.up, self.made.down)
         return out[self.skip : self.skip + self.new_stop - self.new_start]

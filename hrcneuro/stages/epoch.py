@@ -85,7 +85,7 @@ def _ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
     from hrcneuro.eeg.resample import Ratio
     from hrcneuro.io.tables import read_table
 
-    timing = read_table(inputs.path("preprocess", "timing.parquet")).iloc[0]
+    timing = read_table(inputs.path("preprocess", "timing.parquet")).to_dict("records")[0]
     if raw.n_times != timing["n_samples"]:
         raise DataError(
             f"the clean recording has {raw.n_times} samples, timing.parquet says {timing['n_samples']}",
