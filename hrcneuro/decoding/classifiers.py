@@ -142,7 +142,7 @@ def _xdawn_tangent(n_filters: float = 3) -> Any:
         from pyriemann.tangentspace import TangentSpace
     except ImportError as error:
         raise ConfigError(
-            "the decoder xdawn_tangent needs the library pyriemann, which is not installed",
+            f"the decoder xdawn_tangent needs the library pyriemann, which cannot be imported: {error}",
             cure="pip install pyriemann, or leave xdawn_tangent out of decode.decoders",
         ) from error
     from sklearn.pipeline import make_pipeline

@@ -38,6 +38,10 @@ class Decoders:
         self.times_s = times_s
         self.mean_window_s = mean_window_s
         self.shrinkage = shrinkage
+        for recipe in recipes.values():
+            if recipe.estimator != "rlda":
+                # A wrong parameter or a missing library stops the run before the first fold.
+                _estimator(recipe)
 
     def of(self, rows: np.ndarray) -> Iterator[tuple[str, Decode, bool]]:
         """Yield name, scorer and whether it is quick enough for permutations, for the trials ``rows`` of a problem."""
@@ -53,9 +57,14 @@ class Decoders:
     def _scorer(self, recipe: Recipe, data: np.ndarray) -> tuple[Decode, bool]:
         if recipe.estimator == "rlda":
             return rlda(data, shrinkage=recipe.params.get("shrinkage", self.shrinkage)), True
-        from hrcneuro.decoding.classifiers import make
+        return looped(data, lambda: _estimator(recipe)), False
 
-        return looped(data, lambda: make(recipe.estimator, recipe.params)), False
+
+def _estimator(recipe: Recipe) -> object:
+    # scikit-learn takes long to import, and the study's own decoder does not need it.
+    from hrcneuro.decoding.classifiers import make
+
+    return make(recipe.estimator, recipe.params)
 
 
 def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:

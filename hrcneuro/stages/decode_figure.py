@@ -13,7 +13,17 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-_INK, _SOFT, _MEAN, _PAPER = "#222222", "#8a8f98", "#b0246a", "#1f6fb4"
+_INK, _SOFT, _MEAN, _PAPER, _FREE = "#222222", "#8a8f98", "#b0246a", "#1f6fb4", "#b36b00"
+
+# Rows below the subjects: means over subjects of what qualifies the plain result.
+_BELOW = {
+    "bacc": "mean",
+    "lobo_bacc": "one block left out",
+    "prev_error_no_bacc": "after no error",
+    "prev_error_yes_bacc": "after an error",
+    "prev_error_fitted_bacc": "no EEG: previous error",
+    "turn_fitted_bacc": "no EEG: turn ahead",
+}
 
 
 def draw(scores: pd.DataFrame, path: Path) -> None:
@@ -27,14 +37,18 @@ def draw(scores: pd.DataFrame, path: Path) -> None:
 
     panels = list(scores.groupby(["scenario", "problem"], sort=True))
     subjects = sorted(scores["subject"].unique())
+    below = [name for name in _BELOW if np.isfinite(scores[name]).any()]
     columns = min(len(panels), 4)
     lines = -(-len(panels) // columns)
-    figure = Figure(figsize=(1.2 + 3.0 * columns, lines * (1.8 + 0.26 * len(subjects))), layout="constrained")
+    height = lines * (1.4 + 0.24 * (len(subjects) + len(below)))
+    figure = Figure(figsize=(1.8 + 2.9 * columns, height), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for axis, ((scenario, problem), part) in zip(axes.flat, panels, strict=False):
-        _panel(axis, part, subjects, (str(scenario), str(problem)))
+        _panel(axis, part, subjects, below, (str(scenario), str(problem)))
     for axis in axes.flat[len(panels) :]:
         axis.set_axis_off()
+    points = scores[below].to_numpy(dtype=float)
+    axes[0, 0].set_xlim(min(36.0, np.nanmin(points) - 6), max(74.0, np.nanmax(points) + 4))
     for axis in axes[-1]:
         axis.set_xlabel("balanced accuracy (%)")
     handles, texts = axes.flat[0].get_legend_handles_labels()
@@ -42,27 +56,45 @@ def draw(scores: pd.DataFrame, path: Path) -> None:
     figure.savefig(path, dpi=120, metadata={"Software": None})
 
 
-def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], key: tuple[str, str]) -> None:
+def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], below: list[str], key: tuple[str, str]) -> None:
     rows = np.array([len(subjects) - subjects.index(s) for s in part["subject"]])
     bacc = part["bacc"].to_numpy(dtype=float)
     half = 1.96 * _standard_error(part)
     axis.axvline(50, color=_SOFT, lw=1)
+    axis.axhline(0.4, color=_SOFT, lw=0.5)
     axis.hlines(rows, bacc - half, bacc + half, color=_INK, lw=1)
     axis.plot(bacc, rows, "o", color=_INK, ms=4, label="subject, 95 % interval over trials")
     axis.plot(part["chance"], rows, "|", color=_SOFT, ms=9, mew=1.5, label="chance level (95 %)")
-    spread = 1.96 * bacc.std(ddof=1) / np.sqrt(len(bacc)) if len(bacc) > 1 else 0.0
-    axis.plot([bacc.mean() - spread, bacc.mean() + spread], [0, 0], color=_MEAN, lw=2)
-    axis.plot(bacc.mean(), 0, "D", color=_MEAN, ms=6, label="mean, 95 % interval over subjects")
+    for place, name in enumerate(below):
+        free = "fitted" in name
+        label = "without EEG" if free else "mean, 95 % interval over subjects"
+        first = not any("fitted" in n for n in below[:place]) if free else place == 0
+        _mean(axis, part[name].to_numpy(dtype=float), -place, _FREE if free else _MEAN, label if first else "")
     published = PUBLISHED.get(key)
     # The paper prints no balanced accuracy; it is the mean of its TNR and TPR.
     mean = (published["tnr"][0] + published["tpr"][0]) / 2 if published else np.nan
     axis.plot(mean, 0, "D", mfc="none", mec=_PAPER, ms=9, label="published mean")
-    axis.set_yticks([*range(len(subjects), 0, -1), 0], [*subjects, "mean"])
-    axis.set_ylim(-0.8, len(subjects) + 0.8)
+    axis.set_yticks(
+        [*range(len(subjects), 0, -1), *range(0, -len(below), -1)], [*subjects, *(_BELOW[n] for n in below)]
+    )
+    axis.set_ylim(0.3 - len(below), len(subjects) + 0.8)
     classes = part.iloc[0]
     axis.set_title(f"{key[0]}: {classes['class1']} vs {classes['class2']}", fontsize=9)
     axis.spines[["top", "right"]].set_visible(False)
     axis.tick_params(axis="y", length=0)
+
+
+def _mean(axis: Axes, values: np.ndarray, row: int, colour: str, label: str) -> None:
+    from scipy.stats import t
+
+    found = values[np.isfinite(values)]
+    # A stratum that few subjects have says nothing of the group.
+    if 2 * len(found) < len(values):
+        return
+    if len(found) > 1:
+        half = t.ppf(0.975, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found))
+        axis.plot([found.mean() - half, found.mean() + half], [row, row], color=colour, lw=2)
+    axis.plot(found.mean(), row, "D", color=colour, ms=5, label=label or "_nolegend_")
 
 
 def _standard_error(part: pd.DataFrame) -> np.ndarray:

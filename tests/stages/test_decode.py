@@ -273,6 +273,7 @@ def test_check_names_every_contradiction():
         decoders=("rlda", "toeplitz", "rlda"),
         problems={"one": ("HH_before",), "two": ("HH_befor", "HR_before")},
         mean_window_s=(0.8, 0.0),
+        recipes={"steep": decode.Recipe("rlda", params={"shrinkage": 1.5})},
     )
     text = "\n".join(decode.check(bad))
     for part in (
@@ -281,6 +282,7 @@ def test_check_names_every_contradiction():
         "problem one",
         "did you mean 'HH_before'",
         "start first",
+        "recipes.steep.params = {'shrinkage': 1.5}",
     ):
         assert part in text
     assert decode.check(decode.Config()) == []
