@@ -17,7 +17,7 @@ from hrcneuro.errors import ConfigError
 
 # A finer ratio would need a filter of more phases than it is worth: at most this many steps between two samples.
 _MAX_FACTOR = 1000
-_ATTENUATION_DB = 100.0
+_ATTENUATION_DB = 120.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def ratio(source: float, target: float) -> Ratio:
 def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``.
 
-    It keeps 0 … ``pass_freq`` and stops what would fold onto that band, 100 dB each. What lies between may fold among
+    It keeps 0 … ``pass_freq`` and stops what would fold onto that band, 120 dB each. What lies between may fold among
     itself: the filter before has taken it away.
 
     Raises:

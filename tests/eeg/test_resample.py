@@ -96,3 +96,18 @@ def test_the_result_lies_in_the_sources_memory():
 def test_a_band_above_the_new_nyquist_is_refused():
     with pytest.raises(ConfigError, match=r"up to 40\.5 Hz .* 80 Hz"):
         resample.resample(np.zeros((1, 1000)), resample.ratio(1000, 80), pass_freq=40.5)
+
+
+def test_equals_the_exact_resampling_of_a_periodic_signal():
+    from scipy.signal import resample as by_fft
+    from scipy.signal import resample_poly
+
+    spectrum = np.zeros(20_001, complex)
+    rng = np.random.default_rng(6)
+    spectrum[1 : 40 * 40] = rng.standard_normal(1599) + 1j * rng.standard_normal(1599)
+    signal = np.fft.irfft(spectrum, 40_000)
+    signal *= 10 / signal.std()
+    exact = by_fft(signal, 20_480)[500:-500]
+    ours = resample.resample(signal[None].copy(), resample.ratio(1000, 512), pass_freq=40.5)[0, 500:-500]
+    theirs = resample_poly(signal, 64, 125)[500:-500]
+    assert np.abs(ours - exact).max() < 1e-3 < 1e-2 < np.abs(theirs - exact).max()
