@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,6 +94,10 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.stages.decode_tables import SubjectTables
 
     epochs = read_epochs(inputs.path("epoch", "{unit}_epo.fif"))
+    if epochs.metadata is None:
+        raise DataError(
+            f"the epochs of {inputs.unit} carry no trial table", cure=f"rerun: hrcneuro epoch {inputs.unit} --force"
+        )
     table = epochs.metadata.reset_index(drop=True)
     members = _members(config, table)
     tables = SubjectTables(config.decoders[0])

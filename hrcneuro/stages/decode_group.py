@@ -101,11 +101,10 @@ def table2(scores: pd.DataFrame) -> pd.DataFrame:
         for measure in MEASURES:
             found = group.spread(part[measure].to_numpy(dtype=float))
             mean, sd = published.get(measure, (math.nan, math.nan))
+            detectable = math.nan if measure == "chance" else found.detectable
             if measure == "chance" and published:
                 mean = group.PUBLISHED_CHANCE
-            rows.append(
-                (scenario, problem, decoder, measure, found.mean, found.sd, found.n, found.detectable, mean, sd)
-            )
+            rows.append((scenario, problem, decoder, measure, found.mean, found.sd, found.n, detectable, mean, sd))
     return pd.DataFrame(rows, columns=list(TABLE2.columns))
 
 
