@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 # Tags that hold a machine id and the time of writing: file, block, parent and reference ids.
 _ID_TAGS = frozenset({100, 103, 108, 109, 110, 116, 117, 118, 120})
-_ID_BYTES = 20
+# An id: version, machine (two words), seconds, microseconds; these microseconds are MNE's sign for "no date".
+_BLANK_ID = bytes(16) + struct.pack(">i", -(2**31))
 _HEADER = struct.Struct(">iIii")
 
 # Scalp EEG after any sensible reading lies between these RMS values, in volts: a factor of a million apart from
@@ -136,8 +137,7 @@ def _blank_parts(path: Path) -> None:
 
 
 def blank_ids(path: Path) -> None:
-    """Set every id tag of a FIF file to zero, so that machine and time of writing leave no trace in the bytes."""
-    zeros = bytes(_ID_BYTES)
+    """Blank every id tag of a FIF file, so that machine and time of writing leave no trace in the bytes."""
     with path.open("r+b") as file:
         while True:
             at = file.tell()
@@ -145,8 +145,8 @@ def blank_ids(path: Path) -> None:
             if len(header) < _HEADER.size:
                 return
             kind, _, size, following = _HEADER.unpack(header)
-            if kind in _ID_TAGS and size == _ID_BYTES:
-                file.write(zeros)
+            if kind in _ID_TAGS and size == len(_BLANK_ID):
+                file.write(_BLANK_ID)
             if following < 0:
                 return
             file.seek(following if following > 0 else at + _HEADER.size + size)
