@@ -100,8 +100,8 @@ def cache_ls(options: Options) -> int:
         entries = [dict(zip(columns, row, strict=True)) for row in rows]
         print(json.dumps({"command": "cache ls", "ok": True, "entries": entries}, indent=1))
         return 0
-    for name, unit, key, size, pointed in rows:
-        print(f"{'*' if pointed else ' '} {name:<11} {unit:<8} {key}  {size / 1e6:9.1f} MB")
+    for stage_name, unit, key, size, pointed in rows:
+        print(f"{'*' if pointed else ' '} {stage_name:<11} {unit:<8} {key}  {size / 1e6:9.1f} MB")
     print(f"{len(rows)} entries, {sum(row[3] for row in rows) / 1e9:.2f} GB; * = results point at it")
     return 0
 

@@ -135,7 +135,8 @@ class Store:
 
         for folder in self.root.glob(f"*/*/{_TEMPORARY}*"):
             key = folder.name.removeprefix(_TEMPORARY).partition("-")[0]
-            with contextlib.suppress(Timeout, OSError), FileLock(self._lock_file(*folder.parts[-3:-1], key), timeout=0):
+            lock = self._lock_file(folder.parent.parent.name, folder.parent.name, key)
+            with contextlib.suppress(Timeout, OSError), FileLock(lock, timeout=0):
                 shutil.rmtree(folder, ignore_errors=True)
 
     @contextlib.contextmanager
