@@ -1,0 +1,239 @@
+"""The 125 Hz loop: one packet, one check, one command a cycle, whatever the arm and whatever the clock.
+
+It blocks: ``follow`` returns when the tip has arrived. Every way out (the end, Ctrl-C, an error, a trip of the
+supervisor) leaves through a controlled stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import nan, sqrt
+from types import TracebackType
+
+from hrcneuro.robot import record
+from hrcneuro.robot.backend import PERIOD, Backend, Clock, State, Stopped
+from hrcneuro.robot.limits import FATAL, INVALID, Limits
+from hrcneuro.robot.record import Recorder
+from hrcneuro.robot.safety import Supervisor, Trip
+from hrcneuro.robot.tracking import ResolvedRate
+from hrcneuro.robot.trajectory import Bounds, Path, Stop
+
+_ZERO = [0.0] * 6
+_NOWHERE = (nan, nan, nan)
+_BRAKE = 4.0  # rad/s², the deceleration asked of the controller itself
+_AT_REST = 1e-3  # rad/s
+
+
+@dataclass(frozen=True)
+class Track:
+    """One path as it was followed: rows of the record, and times on the loop's clock, seconds."""
+
+    first: int  # row of the first cycle
+    last: int  # row after the last cycle
+    start: float
+    onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
+    end: float
+
+
+class Loop:
+    """Drives one arm; a context manager, so that leaving it stops the arm."""
+
+    def __init__(
+        self,
+        arm: Backend,
+        clock: Clock,
+        *,
+        law: ResolvedRate,
+        limits: Limits,
+        supervisor: Supervisor,
+        stop: Bounds,
+        on_onset: Callable[[float, int], None] | None = None,
+    ) -> None:
+        """Take over an arm at rest; nothing is commanded yet.
+
+        Args:
+            arm: The backend.
+            clock: Its time decides when a cycle begins.
+            law, limits, supervisor: What computes, bounds and watches the commands.
+            stop: Bounds of a controlled stop, rad and s.
+            on_onset: Called with time and move at the first non-zero command of every move: the marker.
+        """
+        self.lead = 0.0
+        self.record = Recorder()
+        self.stops = 0
+        self._arm, self._clock = arm, clock
+        self._law, self._limits, self._supervisor = law, limits, supervisor
+        self._stop_bounds, self._on_onset = stop, on_onset
+        self._next = clock.now()
+        self._last: list[float] = _ZERO
+        self._before: list[float] = _ZERO
+        self._stopped = False
+
+    def __enter__(self) -> Loop:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        try:
+            if not self._stopped:
+                self.stops += kind is not None
+                self.halt()
+        finally:
+            self._arm.stop(_BRAKE)
+
+    def now(self) -> float:
+        """Return the time of the cycle to come."""
+        return self._next
+
+    def measured(self) -> State:
+        """Return the arm's packet after one cycle at rest."""
+        now, state = self._begin()
+        self._send(now, state, _ZERO, record.REST, -1, _NOWHERE)
+        return state
+
+    def rest(self, until: float, *, at: Sequence[float] = _NOWHERE, move: int = -1) -> None:
+        """Command nothing until the clock shows ``until``; ``at`` is recorded as the place to be."""
+        while self._next < until - 1e-9:
+            now, state = self._begin()
+            self._send(now, state, _ZERO, record.REST, move, at)
+
+    def follow(
+        self,
+        path: Path,
+        *,
+        phase: int,
+        move: int = -1,
+        settle: float = 8e-5,
+        radius: float = 2e-3,
+        patience: float = 0.5,
+    ) -> Track:
+        """Move the tip along ``path`` and return once it has arrived; the last command is zero.
+
+        Args:
+            path: Tip positions in ``base``.
+            phase, move: What the record calls these cycles.
+            settle: The tip has arrived within this distance of the end, metres …
+            radius: … or, after ``patience`` seconds more, within this one.
+            patience: How long to wait for the settling, seconds.
+
+        Raises:
+            Stopped: The tip did not arrive, a limit or the supervisor ended the move; the arm has been stopped.
+        """
+        first, start, onset, law, lead = len(self.record), nan, nan, self._law, self.lead
+        while True:
+            now, state = self._begin()
+            if start != start:
+                start = now
+            t = now - start
+            at, _ = path.at(t)
+            qd, ex, ey, ez = law(state.q, at, path.at(t + lead)[1])
+            if t >= path.duration:
+                off = sqrt(ex * ex + ey * ey + ez * ez)
+                if off <= settle or (t >= path.duration + patience and off <= radius):
+                    self._send(now, state, _ZERO, phase, move, at)
+                    return Track(first, len(self.record), start, onset, now)
+                if t >= path.duration + patience:
+                    self._fail(
+                        f"the tip stands {1e3 * off:.1f} mm from its goal {patience:g} s after it should have arrived",
+                        "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
+                    )
+            if self._send(now, state, qd, phase, move, at) and onset != onset:
+                onset = now
+                if move >= 0 and self._on_onset is not None:
+                    self._on_onset(now, move)
+
+    def follow_joints(self, path: Path, *, patience: float = 1.0, settle: float = 1e-3) -> None:
+        """Move the joints along ``path`` (radians) until each is within ``settle`` of its goal.
+
+        Raises:
+            Stopped: As in :meth:`follow`.
+        """
+        gain, start = self._law.gain, nan
+        while True:
+            now, state = self._begin()
+            if start != start:
+                start = now
+            t = now - start
+            goal, _ = path.at(t)
+            error = [a - b for a, b in zip(goal, state.q, strict=True)]
+            off = max(abs(v) for v in error)
+            if t >= path.duration and off <= settle:
+                self._send(now, state, _ZERO, record.HOME, -1, _NOWHERE)
+                return
+            if t >= path.duration + patience:
+                self._fail(
+                    f"a joint stands {off:.4f} rad from its goal {patience:g} s after it should have arrived",
+                    "see that nothing holds the arm",
+                )
+            ahead = path.at(t + self.lead)[1]
+            qd = [v + gain * e for v, e in zip(ahead, error, strict=True)]
+            self._send(now, state, qd, record.HOME, -1, _NOWHERE)
+
+    def halt(self) -> None:
+        """Bring the arm to rest within the stop's bounds; a trip on the way leaves the rest to the controller."""
+        self._stopped = True
+        jump = [(a - b) / PERIOD for a, b in zip(self._last, self._before, strict=True)]
+        stop = Stop(self._last, self._stop_bounds, qdd=jump)
+        t = 0.0
+        while t < stop.duration + PERIOD and any(self._last):
+            self._clock.wait_until(self._next)
+            now, state = self._tick()
+            if self._supervisor.check(state, now) is not None:
+                self._arm.stop(_BRAKE)
+                break
+            t += PERIOD
+            self._send(now, state, stop.at(t), record.STOP, -1, _NOWHERE)
+        self._watch_rest()
+
+    def _begin(self) -> tuple[float, State]:
+        self._clock.wait_until(self._next)
+        now, state = self._tick()
+        trip = self._supervisor.check(state, now)
+        if trip is not None:
+            self._trip(now, state, trip)
+        return now, state
+
+    def _tick(self) -> tuple[float, State]:
+        now = self._clock.now()
+        self._next += PERIOD
+        if self._next <= now:
+            # A late cycle is not made up for: two commands at once would jerk.
+            self._next = now + PERIOD
+        return now, self._arm.state()
+
+    def _send(self, now: float, state: State, qd: list[float], phase: int, move: int, at: Sequence[float]) -> bool:
+        met = 0
+        if qd is not _ZERO or self._last is not _ZERO:
+            if phase != record.STOP:
+                qd, met = self._limits(state.q, qd, self._last)
+            self._before, self._last = self._last, qd if any(qd) else _ZERO
+        self._arm.speed(self._last)
+        self.record.add((now, phase, move, state.safety, state.scaling, met), state.q, state.qd, self._last, at)
+        if met & FATAL:
+            what = "is no number" if met & INVALID else "would take the tip out of the keep-inside box"
+            self._fail(f"a command {what}; it was not sent", "check robot.cell and the path that was asked for")
+        return self._last is not _ZERO
+
+    def _trip(self, now: float, state: State, trip: Trip) -> None:
+        self._stopped = True
+        self.stops += 1
+        if trip.brake:
+            self._arm.stop(_BRAKE)
+        self.record.add((now, record.STOP, -1, state.safety, state.scaling, 0), state.q, state.qd, _ZERO, _NOWHERE)
+        self._watch_rest()
+        raise Stopped(f"{trip.problem}; the arm was stopped", cure=trip.cure)
+
+    def _fail(self, problem: str, cure: str) -> None:
+        self.stops += 1
+        self.halt()
+        raise Stopped(f"{problem}; the arm was stopped", cure=cure)
+
+    def _watch_rest(self) -> None:
+        # At most a second: an arm that tells nothing cannot be waited for.
+        self._last = self._before = _ZERO
+        for _ in range(125):
+            self._clock.wait_until(self._next)
+            now, state = self._tick()
+            self.record.add((now, record.STOP, -1, state.safety, state.scaling, 0), state.q, state.qd, _ZERO, _NOWHERE)
+            if max(abs(v) for v in state.qd) < _AT_REST and now - state.stamp < 2 * PERIOD:
+                return

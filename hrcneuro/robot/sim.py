@@ -1,0 +1,130 @@
+"""The in-process arm: a kinematic UR10 on a virtual clock. Deterministic, and far faster than real time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp
+
+from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, State
+
+_SILENCE = 0.1  # seconds without a command after which the arm stops by itself, as speedj with t = 0.1 does
+
+
+class VirtualClock:
+    """A clock that jumps to where it is asked to wait."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Return the virtual time, seconds."""
+        return self._now
+
+    def wait_until(self, t: float) -> None:
+        """Advance to ``t``."""
+        if t > self._now:
+            self._now = t
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that goes wrong in the simulated arm at ``at`` seconds, until ``until``."""
+
+    kind: str  # protective_stop, emergency_stop, silence (no new packets), slider (half speed), program (stopped)
+    at: float
+    until: float = float("inf")
+
+
+class SimArm:
+    """A backend whose joints follow the command one cycle late and with a first-order lag (design: robot.md)."""
+
+    def __init__(
+        self,
+        clock: VirtualClock,
+        q: Sequence[float],
+        *,
+        lag: float = 0.015,
+        delay: int = 1,
+        faults: Sequence[Fault] = (),
+    ) -> None:
+        """Place the arm at rest.
+
+        Args:
+            clock: The time that decides how far the arm has moved.
+            q: Joint angles at the start, six, radians.
+            lag: Time constant of the joints, seconds.
+            delay: Whole cycles before a command acts.
+            faults: What goes wrong, and when.
+        """
+        self._clock = clock
+        self._at = clock.now()
+        self._q = [float(v) for v in q]
+        self._qd = [0.0] * 6
+        self._waiting = [[0.0] * 6 for _ in range(delay)]
+        self._asked = [0.0] * 6
+        self._heard = self._at
+        self._brake: float | None = None
+        self._faults = tuple(faults)
+        self._packet: State | None = None
+        keep = exp(-PERIOD / lag)
+        self._keep, self._reach = keep, lag * (1.0 - keep)
+
+    def state(self) -> State:
+        """Return the arm's packet at the clock's time."""
+        now = self._clock.now()
+        # Half a cycle of tolerance: sums of 8 ms round.
+        while self._at + 0.5 * PERIOD < now:
+            self._cycle()
+        packet = State(self._at, self._q, self._qd)
+        if self._faults:
+            packet = self._spoil(packet)
+        self._packet = packet
+        return packet
+
+    def speed(self, qd: list[float]) -> None:
+        """Take joint velocities, six, rad/s."""
+        self._asked = qd
+        self._heard = self._at
+        self._brake = None
+
+    def stop(self, deceleration: float) -> None:
+        """Ramp to rest at ``deceleration``, rad/s²; the next velocity command ends the ramp."""
+        self._brake = deceleration
+
+    def close(self) -> None:
+        """Do nothing: the simulated arm belongs to this process."""
+
+    def _cycle(self) -> None:
+        if self._brake is not None or self._at - self._heard > _SILENCE:
+            self._asked = _ramp(self._asked, (self._brake or 4.0) * PERIOD)
+        self._waiting.append(self._asked)
+        command = self._waiting.pop(0)
+        keep, reach = self._keep, self._reach
+        # Exact for a command that is constant over the cycle: qd → u + (qd − u) e^(−T/τ).
+        q, qd = self._q, self._qd
+        self._q = [a + PERIOD * u + reach * (v - u) for a, v, u in zip(q, qd, command, strict=True)]
+        self._qd = [u + keep * (v - u) for v, u in zip(qd, command, strict=True)]
+        self._at += PERIOD
+
+    def _spoil(self, packet: State) -> State:
+        for fault in self._faults:
+            if not fault.at <= packet.stamp < fault.until:
+                continue
+            if fault.kind == "silence" and self._packet is not None:
+                packet = self._packet
+            elif fault.kind in ("protective_stop", "emergency_stop"):
+                packet.safety = PROTECTIVE if fault.kind == "protective_stop" else EMERGENCY
+                packet.runtime = STOPPED
+                self._brake = self._brake or 10.0
+            elif fault.kind == "slider":
+                packet.scaling = 0.5
+            elif fault.kind == "program":
+                packet.runtime = STOPPED
+                self._brake = self._brake or 4.0
+        return packet
+
+
+def _ramp(qd: list[float], step: float) -> list[float]:
+    most = max(abs(v) for v in qd)
+    return [0.0] * 6 if most <= step else [v * (1.0 - step / most) for v in qd]

@@ -1,0 +1,160 @@
+"""Paths: minimum-jerk tile moves (paper Eq 1–2), and jerk-limited approaches, homing and stops by ruckig.
+
+A path knows its ``duration`` and answers ``at(t)`` with position and velocity; beyond its ends it rests.
+Ruckig: Berscheid & Kröger, RSS 2021, doi:10.15607/RSS.2021.XVII.015.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import ruckig
+
+from hrcneuro.errors import StageError
+
+Vector = Sequence[float]
+
+
+class Path(Protocol):
+    """What the loop follows: tip positions or joint angles."""
+
+    duration: float
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Return position and velocity at ``t`` seconds after the start."""
+
+
+def minimum_jerk(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return Eq 2 and its first three derivatives at the fraction ``u`` = t / t_f of the duration, shape of ``u``.
+
+    Outside 0 … 1 the motion rests at 0 or 1; derivatives are per unit of ``u`` (divide by t_f, t_f², t_f³).
+    """
+    u = np.clip(u, 0.0, 1.0)
+    inside = (u > 0.0) & (u < 1.0)
+    s = u**3 * (10.0 + u * (6.0 * u - 15.0))
+    return (
+        s,
+        30.0 * (u * (1.0 - u)) ** 2,
+        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u),
+        (60.0 - 360.0 * u * (1.0 - u)) * inside,
+    )
+
+
+def minimum_jerk_cost(distance: float, t_f: float) -> float:
+    """Return the integrated squared jerk of Eq 1–2 over ``distance`` metres in ``t_f`` seconds: 720 d² / t_f⁵."""
+    return 720.0 * distance**2 / t_f**5
+
+
+class TileMove:
+    """Eq 1–2: from one tip position to another in ``duration`` seconds, at rest on both ends."""
+
+    def __init__(self, start: Vector, end: Vector, duration: float) -> None:
+        """Fix start and end, (x, y, z) in metres, and the duration t_f in seconds."""
+        self.duration = float(duration)
+        self._start = tuple(float(v) for v in start)
+        self._way = tuple(float(b) - float(a) for a, b in zip(start, end, strict=True))
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Return position (m) and velocity (m/s), each (x, y, z), at ``t`` seconds."""
+        u = min(max(t / self.duration, 0.0), 1.0)
+        s = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+        rate = u * (1.0 - u)
+        rate *= 30.0 * rate / self.duration
+        (x, y, z), (dx, dy, dz) = self._start, self._way
+        return (x + s * dx, y + s * dy, z + s * dz), (rate * dx, rate * dy, rate * dz)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Largest velocity, acceleration and jerk, the same on each axis (m or rad, and seconds)."""
+
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+class BoundedPath:
+    """Time-optimal within bounds, from any motion to rest: approach and retargeting (metres), homing (radians)."""
+
+    def __init__(
+        self, start: Vector, end: Vector, bounds: Bounds, *, velocity: Vector = (), acceleration: Vector = ()
+    ) -> None:
+        """Plan from ``start`` (moving at ``velocity``, ``acceleration``; at rest where empty) to rest at ``end``.
+
+        Raises:
+            StageError: Ruckig finds no trajectory.
+        """
+        n = len(start)
+        given = ruckig.InputParameter(n)
+        given.current_position = [float(v) for v in start]
+        given.current_velocity = _clamped(velocity or [0.0] * n, bounds.velocity)
+        given.current_acceleration = _clamped(acceleration or [0.0] * n, bounds.acceleration)
+        given.target_position = [float(v) for v in end]
+        given.max_velocity = [bounds.velocity] * n
+        given.max_acceleration = [bounds.acceleration] * n
+        given.max_jerk = [bounds.jerk] * n
+        # All axes in proportion: from rest the tip runs along a straight line, so it keeps its height.
+        given.synchronization = ruckig.Synchronization.Phase
+        self._path = _plan(given)
+        self.duration = float(self._path.duration)
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Return position and velocity at ``t`` seconds."""
+        position, velocity, _ = self._path.at_time(min(max(t, 0.0), self.duration))
+        return position, velocity
+
+    def state(self, t: float) -> tuple[Vector, Vector, Vector]:
+        """Return position, velocity and acceleration at ``t`` seconds: what retargeting starts from."""
+        return self._path.at_time(min(max(t, 0.0), self.duration))
+
+
+class Stop:
+    """Joint velocities that bring a moving arm to rest within acceleration and jerk bounds."""
+
+    def __init__(self, qd: Vector, bounds: Bounds, *, qdd: Vector = ()) -> None:
+        """Plan from joint velocities ``qd`` (rad/s) and accelerations ``qdd`` to rest.
+
+        Raises:
+            StageError: Ruckig finds no trajectory.
+        """
+        n = len(qd)
+        given = ruckig.InputParameter(n)
+        given.control_interface = ruckig.ControlInterface.Velocity
+        given.current_position = [0.0] * n
+        given.current_velocity = _clamped(qd, bounds.velocity)
+        given.current_acceleration = _clamped(qdd or [0.0] * n, bounds.acceleration)
+        given.target_velocity = [0.0] * n
+        given.max_velocity = [bounds.velocity] * n
+        given.max_acceleration = [bounds.acceleration] * n
+        given.max_jerk = [bounds.jerk] * n
+        given.synchronization = ruckig.Synchronization.Phase
+        self._path = _plan(given)
+        self.duration = float(self._path.duration)
+
+    def at(self, t: float) -> list[float]:
+        """Return the joint velocities at ``t`` seconds, rad/s; zero once the stop is over."""
+        if t >= self.duration:
+            return [0.0] * self._path.degrees_of_freedom
+        return list(self._path.at_time(max(t, 0.0))[1])
+
+
+def _clamped(values: Vector, bound: float) -> list[float]:
+    # A measured state may exceed the bounds by a rounding error, and ruckig would then plan a brake first.
+    return [min(max(float(v), -bound), bound) for v in values]
+
+
+def _plan(given: Any) -> Any:
+    path = ruckig.Trajectory(given.degrees_of_freedom)
+    try:
+        result = ruckig.Ruckig(given.degrees_of_freedom).calculate(given, path)
+    except ruckig.RuckigError as error:
+        raise StageError(
+            f"no jerk-limited path: {str(error).strip().splitlines()[0]}", cure="check robot.approach_* bounds"
+        ) from error
+    if result not in (ruckig.Result.Working, ruckig.Result.Finished) or not math.isfinite(path.duration):
+        raise StageError(f"no jerk-limited path: ruckig answers {result}", cure="check robot.approach_* bounds")
+    return path

@@ -1,0 +1,148 @@
+"""Tiles, poses and the keep-inside box in the arm's frame, and whether the arm reaches them (paper § 2.3.1).
+
+Row 0 is the subject's top row. The subject sits across from the arm, so it is the row next to the arm, and column 0,
+the subject's left, lies to the arm's right. The arm looks along −x of its frame ``base``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hrcneuro.errors import ConfigError
+from hrcneuro.robot import kinematics
+from hrcneuro.robot.cell import GRID, Cell
+from hrcneuro.robot.trajectory import minimum_jerk
+
+# The tool points down (−z); its x axis looks back at the arm.
+DOWN = np.diag([-1.0, 1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How well the arm reaches every tile: arrays over (row, column)."""
+
+    q: np.ndarray  # (7, 7, 6), radians
+    singular_value: np.ndarray  # (7, 7), smallest of the Jacobian at the tool's tip
+    condition: np.ndarray  # (7, 7)
+
+
+class Workspace:
+    """The study's grid in one cell."""
+
+    def __init__(self, cell: Cell) -> None:
+        """Place the grid and solve every tile.
+
+        Raises:
+            ConfigError: The box leaves no room, a tile is out of reach, or one lies too near a singularity.
+        """
+        self.cell = cell
+        self.height = cell.screen_height + cell.hover - cell.base_height
+        floor, ceiling = cell.screen_height - cell.base_height + np.array([cell.floor, cell.ceiling])
+        half, far = GRID * cell.tile / 2 + cell.margin, cell.near_edge + GRID * cell.tile + cell.margin
+        side = -cell.sideways
+        self.box = (
+            (-far, side - half, float(floor)),
+            (-(cell.near_edge - cell.margin), side + half, float(ceiling)),
+        )
+        if not cell.floor < cell.hover < cell.ceiling or not cell.floor < cell.home < cell.ceiling:
+            raise ConfigError(
+                f"robot.cell: the tool hovers at {cell.hover} m and rests at {cell.home} m above the screen; the "
+                f"keep-inside box reaches from {cell.floor} to {cell.ceiling} m",
+                cure="choose robot.cell.hover and robot.cell.home between floor and ceiling",
+            )
+        self.reach = self._solve()
+
+    def position(self, row: int, col: int) -> tuple[float, float, float]:
+        """Return the tip's position over the centre of a tile, (x, y, z) in ``base``, metres."""
+        x = -(self.cell.near_edge + (row + 0.5) * self.cell.tile)
+        return x, -self.cell.sideways + ((GRID - 1) / 2 - col) * self.cell.tile, self.height
+
+    def tile(self, position: np.ndarray) -> tuple[int, int]:
+        """Return (row, column) of the tile nearest to a tip position (x, y, …) in ``base``."""
+        row = (-float(position[0]) - self.cell.near_edge) / self.cell.tile - 0.5
+        col = (GRID - 1) / 2 - (float(position[1]) + self.cell.sideways) / self.cell.tile
+        return int(np.clip(np.rint(row), 0, GRID - 1)), int(np.clip(np.rint(col), 0, GRID - 1))
+
+    def inside(self, position: np.ndarray) -> bool:
+        """Return whether a tip position lies in the keep-inside box."""
+        low, high = self.box
+        return all(a <= float(v) <= b for a, v, b in zip(low, position, high, strict=True))
+
+    def home(self) -> np.ndarray:
+        """Return the joint angles of the home position above the grid's centre, shape (6,), radians."""
+        above = pose(self.home_position())
+        return kinematics.inverse(above, self.reach.q[GRID // 2, GRID // 2], tool=self.cell.tool)
+
+    def home_position(self) -> tuple[float, float, float]:
+        """Return the tip's home position above the grid's centre, (x, y, z) in ``base``, metres."""
+        x, y, z = self.position(GRID // 2, GRID // 2)
+        return x, y, z - self.cell.hover + self.cell.home
+
+    def move_peaks(self, starts: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the peaks of joint velocity and acceleration of minimum-jerk moves of one second, each (moves, 6).
+
+        At another duration t_f they are 1 / t_f and 1 / t_f² of it.
+
+        Args:
+            starts: Tiles (row, column), shape (moves, 2).
+            ends: The same for the ends.
+        """
+        u = np.linspace(0.0, 1.0, 101)
+        s = minimum_jerk(u)[0][None, :, None]
+        first, last = (np.array([self.position(r, c) for r, c in tiles])[:, None] for tiles in (starts, ends))
+        guess, goal = (self.reach.q[tiles[:, 0], tiles[:, 1]][:, None] for tiles in (starts, ends))
+        q = refine(guess + s * (goal - guess), pose(first + s * (last - first)), tool=self.cell.tool)
+        qd = np.gradient(q, u, axis=1, edge_order=2)
+        return np.abs(qd).max(axis=1), np.abs(np.gradient(qd, u, axis=1, edge_order=2)).max(axis=1)
+
+    def _solve(self) -> Reach:
+        middle = GRID // 2
+        q = np.zeros((GRID, GRID, 6))
+        seed = np.radians(self.cell.seed_deg)
+        order = sorted(np.ndindex(GRID, GRID), key=lambda t: (abs(t[0] - middle) + abs(t[1] - middle), t))
+        for row, col in order:
+            if (row, col) != (middle, middle):
+                # One step nearer to the centre is solved already.
+                near = (
+                    (row - int(np.sign(row - middle)), col)
+                    if row != middle
+                    else (row, col - int(np.sign(col - middle)))
+                )
+                seed = q[near]
+            try:
+                q[row, col] = kinematics.inverse(pose(self.position(row, col)), seed, tool=self.cell.tool)
+            except kinematics.Unreachable as error:
+                x, y, z = self.position(row, col)
+                raise ConfigError(
+                    f"robot.cell: the arm does not reach tile ({row}, {col}), {np.hypot(x, y):.3f} m from its axis and "
+                    f"{-z:.3f} m below its base: {error}",
+                    cure="change robot.cell.base_height, near_edge or tool",
+                ) from error
+        values = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)
+        reach = Reach(q, values[..., -1], values[..., 0] / values[..., -1])
+        row, col = np.unravel_index(int(np.argmin(reach.singular_value)), (GRID, GRID))
+        if reach.singular_value[row, col] < self.cell.min_singular_value:
+            raise ConfigError(
+                f"robot.cell: on tile ({row}, {col}) the smallest singular value of the Jacobian is "
+                f"{reach.singular_value[row, col]:.3f}; at least {self.cell.min_singular_value} is asked for",
+                cure="move the grid away from the arm's singular region (base_height, near_edge, tool)",
+            )
+        return reach
+
+
+def pose(position: np.ndarray | tuple[float, ...]) -> np.ndarray:
+    """Return the poses at tip positions, shape (..., 3), with the tool pointing down: shape (..., 4, 4)."""
+    position = np.asarray(position, float)
+    full = np.zeros((*position.shape[:-1], 4, 4))
+    full[..., :3, :3], full[..., :3, 3], full[..., 3, 3] = DOWN, position, 1.0
+    return full
+
+
+def refine(q: np.ndarray, targets: np.ndarray, *, tool: float) -> np.ndarray:
+    """Return configurations (..., 6), three Newton steps from good guesses ``q`` towards ``targets`` (..., 4, 4)."""
+    for _ in range(3):
+        error = kinematics.pose_error(targets, kinematics.forward(q, tool=tool))
+        q = q + np.linalg.solve(kinematics.jacobian(q, tool=tool), error[..., None])[..., 0]
+    return q

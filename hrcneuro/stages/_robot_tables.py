@@ -1,0 +1,176 @@
+"""The tables of the stage robot, and its summary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.io.tables import Column, Table
+from hrcneuro.robot import measure
+from hrcneuro.robot.record import PHASES, Telemetry
+from hrcneuro.robot.session import Done
+
+_JOINTS = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")
+
+
+def _joint_columns(name: str, unit: str, text: str) -> dict[str, Column]:
+    suffix = unit.replace("/", "_")
+    return {f"{name}_{i}_{suffix}": Column("float32", unit, f"{text}, {joint}") for i, joint in enumerate(_JOINTS, 1)}
+
+
+TELEMETRY = Table(
+    1,
+    "one row a control cycle (125 Hz); frame: the controller's base",
+    {
+        "time_s": Column("float", "s", "start of the cycle, from the session's start"),
+        "phase": Column("category", "", "home, approach, identify, move, rest or stop"),
+        "move": Column("int", "", "index of the move, a row of moves.parquet; -1 between moves"),
+        **_joint_columns("q", "rad", "measured angle"),
+        **_joint_columns("q_command", "rad", "angle that the commands since the phase began add up to"),
+        **_joint_columns("qd", "rad/s", "measured velocity"),
+        **_joint_columns("qd_command", "rad/s", "velocity sent in this cycle"),
+        **{f"tool_{a}_m": Column("float32", "m", f"measured tip, {a}") for a in "xyz"},
+        **{f"tool_r{a}_rad": Column("float32", "rad", f"measured rotation vector of the tool, {a}") for a in "xyz"},
+        **{f"reference_{a}_m": Column("float32", "m", f"where the tip should be, {a}; null where none") for a in "xyz"},
+        "safety_bits": Column("int", "", "safety_status_bits: 1 normal, 4 protective stop, 128 emergency stop"),
+        "limit_bits": Column("int", "", "1 speed, 2 acceleration, 4 joint range, 8 keep-inside box, 16 no number"),
+        "speed_scaling": Column("float32", "", "the speed slider, 0..1"),
+    },
+)
+
+MOVES = Table(
+    1,
+    "one row a move; figures are null where the grid's edge stopped it",
+    {
+        "move": Column("int", "", "index, as in telemetry.parquet"),
+        "scenario": Column("category", "", "sC or iC"),
+        "practice": Column("bool", "", "move of a practice block"),
+        "block": Column("int", "", "block"),
+        "episode": Column("int", "", "episode in the block"),
+        "trial": Column("int", "", "move in the episode, from 0"),
+        "start_row": Column("int", "tiles", "tile before the move"),
+        "start_col": Column("int", "tiles", "tile before the move"),
+        "row": Column("int", "tiles", "tile after the move"),
+        "col": Column("int", "tiles", "tile after the move"),
+        "clamped": Column("bool", "", "the grid's edge stopped the move: the arm dwelt"),
+        "t_f_s": Column("float", "s", "duration asked for"),
+        "onset_s": Column("float", "s", "first non-zero command (the marker), from the session's start"),
+        "duration_s": Column("float", "s", "onset to arrival: the tip rests at its goal"),
+        "max_error_mm": Column("float", "mm", "greatest distance from the reference"),
+        "end_error_mm": Column("float", "mm", "distance from the tile's centre on arrival"),
+        "height_error_mm": Column("float", "mm", "greatest departure from the height above the screen"),
+        "tilt_deg": Column("float", "degree", "greatest departure from the orientation"),
+        "t_2mm_s": Column("float", "s", "onset to the last entry into the radius in which a command is accepted"),
+        "peak_speed_m_s": Column("float", "m/s", "greatest speed of the tip"),
+        "peak_qd_rad_s": Column("float", "rad/s", "greatest joint velocity"),
+        "peak_qdd_rad_s2": Column("float", "rad/s^2", "greatest joint acceleration"),
+        "jerk_cost": Column("float", "", "integrated squared jerk of the tip over Eq 1-2's own, 720 d^2 / t_f^5"),
+        "trigger_latency_ms": Column("float", "ms", "marker to the onset of the measured motion (Eq 2 fitted)"),
+        "behind_log_ms": Column("float", "ms", "onset interval from the move before, less the log's"),
+    },
+)
+
+TIMING = Table(
+    1,
+    "one row a quantity: its distribution (paper 2.3.4)",
+    {
+        "quantity": Column("category", "", "trigger_latency and its jitter, cycle and its jitter, behind_log"),
+        "n": Column("int", "", "number of values"),
+        "mean_ms": Column("float", "ms", "mean"),
+        "sd_ms": Column("float", "ms", "standard deviation"),
+        "median_ms": Column("float", "ms", "median"),
+        "p1_ms": Column("float", "ms", "1st percentile"),
+        "p99_ms": Column("float", "ms", "99th percentile"),
+        "low_ms": Column("float", "ms", "least"),
+        "high_ms": Column("float", "ms", "greatest"),
+    },
+)
+
+
+def telemetry(record: Telemetry, tip: measure.Tip) -> dict[str, Any]:
+    """Return the columns of telemetry.parquet."""
+    sent = np.zeros_like(record.command)
+    sent[1:] = np.cumsum(record.command[:-1] * np.diff(record.time)[:, None], axis=0)
+    # The sum starts anew from the measured angles with every phase and move: over a session it would drift.
+    change = np.r_[True, (np.diff(record.phase) != 0) | (np.diff(record.move) != 0)]
+    begin = np.maximum.accumulate(np.where(change, np.arange(len(change)), 0))
+    q_command = record.q[begin] + sent - sent[begin]
+    columns: dict[str, Any] = {
+        "time_s": record.time,
+        "phase": np.array(PHASES, dtype=object)[record.phase],
+        "move": record.move,
+    }
+    for name, unit, values in (
+        ("q", "rad", record.q),
+        ("q_command", "rad", q_command),
+        ("qd", "rad_s", record.qd),
+        ("qd_command", "rad_s", record.command),
+    ):
+        columns |= {f"{name}_{i + 1}_{unit}": values[:, i] for i in range(6)}
+    for i, axis in enumerate("xyz"):
+        columns[f"tool_{axis}_m"] = tip.position[:, i]
+        columns[f"tool_r{axis}_rad"] = tip.rotation[:, i]
+        columns[f"reference_{axis}_m"] = record.reference[:, i]
+    return columns | {
+        "safety_bits": record.safety,
+        "limit_bits": record.limits,
+        "speed_scaling": record.scaling,
+    }
+
+
+def moves(done: Sequence[Done], figures: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """Return the rows of moves.parquet."""
+    rows = [
+        {
+            "move": one.index,
+            "scenario": one.move.scenario,
+            "practice": one.move.practice,
+            "block": one.move.block,
+            "episode": one.move.episode,
+            "trial": one.move.trial,
+            "start_row": one.move.start[0],
+            "start_col": one.move.start[1],
+            "row": one.move.end[0],
+            "col": one.move.end[1],
+            "clamped": one.move.dwells,
+            "t_f_s": one.move.t_f,
+            "onset_s": one.track.onset if np.isfinite(one.track.onset) else one.track.start,
+            "duration_s": one.track.end - (one.track.onset if np.isfinite(one.track.onset) else one.track.start),
+        }
+        for one in done
+    ]
+    names = list(MOVES.columns)
+    table = pd.DataFrame(rows, columns=names[: names.index("duration_s") + 1]).assign(**figures)
+    gap = np.array([one.move.gap for one in done[:-1]], float)
+    same = np.array([not one.move.first for one in done[1:]], bool)
+    behind = 1e3 * (np.diff(table["onset_s"].to_numpy()) - gap)
+    table["behind_log_ms"] = np.r_[np.nan, np.where(same, behind, np.nan)][: len(table)]
+    return table
+
+
+def timing(spread: Mapping[str, Mapping[str, float]]) -> pd.DataFrame:
+    """Return the rows of timing.parquet."""
+    rows = [
+        {"quantity": name, "n": int(v["n"])} | {f"{k}_ms": x for k, x in v.items() if k != "n"}
+        for name, v in spread.items()
+    ]
+    return pd.DataFrame(rows, columns=list(TIMING.columns))
+
+
+def summary(record: Telemetry, table: pd.DataFrame, *, stops: int, lead: float) -> dict[str, Any]:
+    """Return the stage's JSON summary; figures are the largest over the moves, the time into the radius the median."""
+    period = np.diff(record.time)
+    real = table[~table["clamped"].astype(bool)] if len(table) else table
+    known = {
+        "max_error_mm": real["max_error_mm"].max(),
+        "end_error_mm": real["end_error_mm"].max(),
+        "t_2mm_s": real["t_2mm_s"].median(),
+        "loop_hz": 1.0 / period.mean() if len(period) else np.nan,
+        "jitter_p99_ms": np.percentile(np.abs(period - 0.008), 99) * 1e3 if len(period) else np.nan,
+        "lead_ms": 1e3 * lead,
+    }
+    figures = {k: round(float(v), 6) if np.isfinite(v) else None for k, v in known.items()}
+    return {"moves": len(table), **figures, "stops": stops}

@@ -1,0 +1,164 @@
+"""The arm that replays a subject's moves at 125 Hz, how well and how punctually (paper §2.3.1, 2.3.2, 2.3.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.robot.cell import Cell
+
+if TYPE_CHECKING:
+    from hrcneuro.robot.backend import Backend, Clock
+    from hrcneuro.robot.loop import Loop
+    from hrcneuro.robot.plan import Move
+    from hrcneuro.robot.session import Done, Pace
+    from hrcneuro.robot.workspace import Workspace
+
+LIBS = ("numpy", "scipy", "pandas", "pyarrow", "ruckig", "matplotlib")
+INPUTS: Patterns = {"acquire": ("trials.parquet",)}
+FIGURES = {
+    "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
+    "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
+    "reach.png": "The cell from above: how far each tile is from a singularity, and how fast the joints must turn",
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """Which moves are replayed, on which arm, and how it is driven."""
+
+    backend: str = option("sim", "the arm: sim is in-process, on a virtual clock", choices=("sim",))
+    host: str = option("", "address of the arm's controller", location=True)
+    blocks: tuple[int, ...] = option((), "main blocks to replay; none: all", low=1)
+    episodes: tuple[int, ...] = option((), "episodes of each block to replay; none: all", low=1)
+    practice: bool = option(False, "also replay the practice blocks")
+    t_f_s: float | None = option(None, "duration of every tile move; none: the log's", unit="s", low=0.05, high=5.0)
+    t_f_range_s: tuple[float, ...] = option((0.6, 1.2), "where the log has onsets only, durations lie within", unit="s",
+                                            low=0.05, high=5.0)  # fmt: skip
+    t_f_default_s: float = option(0.9, "where the log has no times", unit="s", low=0.05, high=5.0)
+    pause_s: float = option(0.5, "rest on the start tile before an episode", unit="s", low=0.0, high=60.0)
+    longest_gap_s: float = option(5.0, "a longer gap between onsets is cut to this", unit="s", low=0.0, high=600.0)
+    gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
+    damping: float = option(0.01, "damping of the tracking law", low=1e-6, high=1.0)
+    lead_s: float | None = option(None, "lead of the feed-forward; none: measured", unit="s", low=0.0, high=0.2)
+    max_acceleration: float = option(12.0, "of every joint", unit="rad/s²", low=1.0, high=40.0)
+    stop_deceleration: float = option(8.0, "of a controlled stop, every joint", unit="rad/s²", low=0.5, high=40.0)
+    stop_jerk: float = option(200.0, "of a controlled stop, every joint", unit="rad/s³", low=5.0, high=2000.0)
+    approach_speed: float = option(0.25, "between episodes, along each axis", unit="m/s", low=0.01, high=1.0)
+    approach_acceleration: float = option(1.0, "between episodes", unit="m/s²", low=0.01, high=5.0)
+    approach_jerk: float = option(10.0, "between episodes", unit="m/s³", low=0.1, high=100.0)
+    homing_speed: float = option(0.5, "to the home position, every joint", unit="rad/s", low=0.01, high=2.0)
+    homing_acceleration: float = option(1.0, "to the home position", unit="rad/s²", low=0.01, high=10.0)
+    homing_jerk: float = option(10.0, "to the home position", unit="rad/s³", low=0.1, high=200.0)
+    rescue_folder: str = option(
+        "robot-stopped", "where the record of a session that was stopped is kept", location=True
+    )
+    cell: Cell = option(Cell(), "where table, screen and arm stand")
+
+
+def check(config: Config) -> list[str]:
+    """Return the contradictions between values."""
+    mistakes = []
+    if len(config.t_f_range_s) != 2 or config.t_f_range_s[0] > config.t_f_range_s[-1]:
+        mistakes.append(f"t_f_range_s = {list(config.t_f_range_s)}; allowed: [least, greatest]")
+    if len(config.cell.seed_deg) != 6:
+        mistakes.append(f"cell.seed_deg has {len(config.cell.seed_deg)} angles; allowed: six")
+    cell = config.cell
+    if not cell.floor < min(cell.hover, cell.home) or not max(cell.hover, cell.home) < cell.ceiling:
+        mistakes.append(
+            f"cell.hover = {cell.hover} and cell.home = {cell.home}; allowed: between cell.floor = {cell.floor} and "
+            f"cell.ceiling = {cell.ceiling}"
+        )
+    return mistakes
+
+
+def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Replay the subject's moves; write ``telemetry.parquet``, ``moves.parquet``, ``timing.parquet`` and the figures.
+
+    Raises:
+        DataError: The trial table holds no moves on the grid.
+        ConfigError: The selection is empty, a tile is out of reach, or a duration breaks a joint's limit.
+        HardwareError: The arm was stopped; the record until then is in ``rescue_folder``.
+    """
+    from hrcneuro.io.tables import read_table
+    from hrcneuro.robot.plan import check_durations, plan, select
+    from hrcneuro.robot.session import run_session
+    from hrcneuro.robot.workspace import Workspace
+
+    trials = read_table(inputs.path("acquire", "trials.parquet"))
+    chosen = select(trials, blocks=config.blocks, episodes=config.episodes, practice=config.practice)
+    least, most = config.t_f_range_s
+    moves = plan(chosen, t_f=config.t_f_s, t_f_range=(least, most), default_t_f=config.t_f_default_s)
+    workspace = Workspace(config.cell)
+    check_durations(moves, workspace, acceleration=config.max_acceleration)
+
+    loop = _loop(config, workspace)
+    done: list[Done] = []
+    try:
+        with loop:
+            run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
+    except BaseException:
+        # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
+        if len(loop.record):
+            folder = Path(config.rescue_folder) / inputs.unit
+            folder.mkdir(parents=True, exist_ok=True)
+            _write(loop, done, moves, workspace, folder)
+        raise
+    return _write(loop, done, moves, workspace, out)
+
+
+def _write(loop: Loop, done: list[Done], moves: list[Move], workspace: Workspace, out: Path) -> dict[str, Any]:
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.robot.measure import measure_moves, timing, tip
+    from hrcneuro.stages import _robot_figures, _robot_tables
+
+    telemetry = loop.record.telemetry()
+    tool_tip = tip(telemetry, tool=workspace.cell.tool)
+    figures = measure_moves(done, telemetry, tool_tip, workspace)
+    table = _robot_tables.moves(done, figures)
+    spread = timing(telemetry, table["trigger_latency_ms"].to_numpy(), table["behind_log_ms"].to_numpy())
+    write_table(_robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", _robot_tables.TELEMETRY)
+    write_table(table, out / "moves.parquet", _robot_tables.MOVES)
+    write_table(_robot_tables.timing(spread), out / "timing.parquet", _robot_tables.TIMING)
+    _robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png")
+    _robot_figures.timing(telemetry, table, spread, out / "timing.png")
+    _robot_figures.reach(workspace, out / "reach.png")
+    return _robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
+
+
+def _loop(config: Config, workspace: Workspace) -> Loop:
+    from hrcneuro.robot.limits import Limits
+    from hrcneuro.robot.loop import Loop
+    from hrcneuro.robot.safety import Supervisor
+    from hrcneuro.robot.tracking import ResolvedRate
+    from hrcneuro.robot.trajectory import Bounds
+    from hrcneuro.robot.workspace import DOWN
+
+    arm, clock = _arm(config, workspace)
+    tool = config.cell.tool
+    return Loop(
+        arm,
+        clock,
+        law=ResolvedRate(tool=tool, orientation=DOWN.tolist(), gain=config.gain, damping=config.damping),
+        limits=Limits(acceleration=config.max_acceleration, box=workspace.box, tool=tool),
+        supervisor=Supervisor(),
+        stop=Bounds(velocity=4.0, acceleration=config.stop_deceleration, jerk=config.stop_jerk),
+    )
+
+
+def _arm(config: Config, workspace: Workspace) -> tuple[Backend, Clock]:
+    from hrcneuro.robot.sim import SimArm, VirtualClock
+
+    clock = VirtualClock()
+    return SimArm(clock, workspace.home().tolist()), clock
+
+
+def _pace(config: Config) -> Pace:
+    from hrcneuro.robot.session import Pace
+    from hrcneuro.robot.trajectory import Bounds
+
+    approach = Bounds(config.approach_speed, config.approach_acceleration, config.approach_jerk)
+    homing = Bounds(config.homing_speed, config.homing_acceleration, config.homing_jerk)
+    return Pace(approach=approach, homing=homing, pause=config.pause_s, longest_gap=config.longest_gap_s)

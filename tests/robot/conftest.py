@@ -1,0 +1,43 @@
+"""Factories: a cell, and a loop over the in-process arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from hrcneuro.robot.cell import Cell
+from hrcneuro.robot.limits import Limits
+from hrcneuro.robot.loop import Loop
+from hrcneuro.robot.safety import Supervisor
+from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
+from hrcneuro.robot.tracking import ResolvedRate
+from hrcneuro.robot.trajectory import Bounds
+from hrcneuro.robot.workspace import DOWN, Workspace
+
+
+@pytest.fixture(scope="session")
+def workspace() -> Workspace:
+    return Workspace(Cell())
+
+
+@pytest.fixture
+def make_loop(workspace: Workspace) -> Callable[..., Loop]:
+    """Return a factory of a loop whose arm stands at ``start`` (default: over the grid's centre, at hover)."""
+
+    def make(start=None, *, faults: tuple[Fault, ...] = (), lag: float = 0.015, lead: float = 0.027, **changes) -> Loop:
+        clock = VirtualClock()
+        q = workspace.reach.q[3, 3] if start is None else start
+        arm = SimArm(clock, list(q), faults=faults, lag=lag)
+        tool = workspace.cell.tool
+        parts = {
+            "law": ResolvedRate(tool=tool, orientation=DOWN.tolist()),
+            "limits": Limits(acceleration=12.0, box=workspace.box, tool=tool),
+            "supervisor": Supervisor(),
+            "stop": Bounds(4.0, 8.0, 200.0),
+        }
+        loop = Loop(arm, clock, **(parts | changes))
+        loop.lead = lead
+        return loop
+
+    return make

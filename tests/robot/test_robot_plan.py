@@ -1,0 +1,93 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.robot.plan import check_durations, plan, select
+
+NO_TIMES = {"t_f": None, "t_f_range": (0.6, 1.2), "default_t_f": 0.9}
+
+
+def log(**changes) -> pd.DataFrame:
+    """Two episodes: (3,3) north, east, clamped; then one that begins with a clamped move in the corner."""
+    table = {
+        "scenario": ["iC"] * 3 + ["sC"] * 2,
+        "practice": [False] * 5,
+        "block": [1, 1, 1, 2, 2],
+        "episode": [1, 1, 1, 4, 4],
+        "trial": [0, 1, 2, 0, 1],
+        "row": [2, 2, 2, 0, 1],
+        "col": [3, 4, 4, 0, 0],
+        "executed": ["N", "E", None, None, "S"],
+    }
+    return pd.DataFrame(table | changes)
+
+
+def test_each_move_starts_where_the_last_one_ended():
+    moves = plan(log(), **NO_TIMES)
+    assert [(m.start, m.end) for m in moves] == [
+        ((3, 3), (2, 3)),
+        ((2, 3), (2, 4)),
+        ((2, 4), (2, 4)),
+        ((0, 0), (0, 0)),
+        ((0, 0), (1, 0)),
+    ]
+    assert [m.first for m in moves] == [True, False, False, True, False]
+    assert [m.dwells for m in moves] == [False, False, True, True, False]
+
+
+def test_durations_come_from_the_log_then_the_gaps_then_the_default():
+    assert {m.t_f for m in plan(log(), **NO_TIMES)} == {0.9}
+    gaps = log(soa_s=[0.5, 0.8, np.nan, 7.0, np.nan])
+    assert [m.t_f for m in plan(gaps, **NO_TIMES)] == [0.6, 0.8, 0.9, 1.2, 0.9]
+    known = gaps.assign(t_f_s=[0.7, np.nan, 0.75, 1.1, 0.6])
+    assert [m.t_f for m in plan(known, **NO_TIMES)] == [0.7, 0.8, 0.75, 1.1, 0.6]
+    assert {m.t_f for m in plan(known, **(NO_TIMES | {"t_f": 1.0}))} == {1.0}
+    assert [m.gap for m in plan(gaps, **NO_TIMES)][:2] == [0.5, 0.8]
+
+
+def test_a_log_that_jumps_is_refused():
+    with pytest.raises(DataError, match=r"block 1, episode 1, trial 1: the log jumps from tile \(2, 3\) to \(2, 6\)"):
+        plan(log(col=[3, 6, 4, 0, 0]), **NO_TIMES)
+
+
+def test_a_move_off_the_grid_is_refused():
+    with pytest.raises(DataError, match=r"leaves the 7 × 7 grid"):
+        plan(log(row=[6, 6, 6, 0, 1]), **NO_TIMES)
+
+
+def test_a_foreign_study_has_nothing_to_replay():
+    foreign = log(row=[None] * 5, col=[None] * 5)
+    with pytest.raises(DataError, match=r"no moves in the trial table \(5 rows") as caught:
+        select(foreign, blocks=(), episodes=(), practice=True)
+    assert "grid study" in caught.value.cure
+
+
+def test_selection():
+    table = log(practice=[True, True, True, False, False])
+    everything = {"blocks": (), "episodes": (), "practice": True}
+    assert len(select(table, **everything)) == 5
+    assert len(select(table, **(everything | {"practice": False}))) == 2
+    assert len(select(table, **(everything | {"blocks": (1,)}))) == 3
+    assert len(select(table, **(everything | {"episodes": (4,)}))) == 2
+    with pytest.raises(ConfigError, match=r"robot.blocks: \[13\] not in the log, which has 1 … 2"):
+        select(table, **(everything | {"blocks": (13,)}))
+    with pytest.raises(ConfigError, match=r"robot.episodes: \[4\] not in the log, which has 1\n"):
+        select(table, blocks=(1,), episodes=(4,), practice=True)
+    with pytest.raises(ConfigError, match="leave no move"):
+        select(log(practice=[True] * 5), **(everything | {"practice": False}))
+
+
+def test_a_t_f_that_breaks_a_limit_is_refused_with_the_least_that_does_not(workspace):
+    moves = plan(log(), **(NO_TIMES | {"t_f": 0.2}))
+    with pytest.raises(ConfigError, match=r"t_f 0.2 s from tile .* asks joint 3 for .* rad/s²; it may do 3.14 and 12"
+                       ) as caught:  # fmt: skip
+        check_durations(moves, workspace, acceleration=12.0)
+    least = float(caught.value.cure.split("at least ")[1].split(" s ")[0])
+    check_durations(plan(log(), **(NO_TIMES | {"t_f": least})), workspace, acceleration=12.0)
+    with pytest.raises(ConfigError):
+        check_durations(plan(log(), **(NO_TIMES | {"t_f": least - 0.02})), workspace, acceleration=12.0)
+
+
+def test_only_clamped_moves_ask_for_nothing(workspace):
+    check_durations([m for m in plan(log(), **NO_TIMES) if m.dwells], workspace, acceleration=1.0)

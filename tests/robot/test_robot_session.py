@@ -1,0 +1,164 @@
+import numpy as np
+import pytest
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.robot import record
+from hrcneuro.robot.identify import response_lead
+from hrcneuro.robot.kinematics import forward
+from hrcneuro.robot.measure import fit_onset, measure_moves, timing, tip
+from hrcneuro.robot.plan import Move
+from hrcneuro.robot.session import Pace, find_lead, go_home, run_session
+from hrcneuro.robot.trajectory import Bounds, minimum_jerk
+from hrcneuro.robot.workspace import DOWN
+
+PACE = Pace(approach=Bounds(0.25, 1.0, 10.0), homing=Bounds(0.5, 1.0, 10.0), pause=0.1)
+
+
+def move(start, end, *, first=False, t_f=0.7, gap=np.nan) -> Move:
+    return Move("iC", False, 1, 1, 0, start, end, first, t_f, gap)
+
+
+def session(make_loop, workspace, moves, **changes):
+    loop, done = make_loop(workspace.home(), **changes), []
+    with loop:
+        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_done=done.append)
+    telemetry = loop.record.telemetry()
+    return loop, done, telemetry, tip(telemetry, tool=0.1)
+
+
+@pytest.mark.parametrize(("lag", "lead"), [(0.015, 0.027), (0.030, 0.042), (0.005, 0.017)])
+def test_the_lead_is_found(make_loop, workspace, lag, lead):
+    """One cycle of delay, the lag, and half a cycle for the hold of the commands."""
+    loop = make_loop(lag=lag, lead=0.0)
+    assert find_lead(loop, workspace) == pytest.approx(lead, abs=1e-3)
+
+
+def test_an_arm_that_does_not_move_has_no_lead(make_loop, workspace):
+    loop = make_loop()
+    loop.rest(loop.now() + 0.5)
+    with pytest.raises(HardwareError, match="did not move"):
+        response_lead(loop.record.telemetry())
+
+
+def test_an_arm_that_obeys_someone_else_has_no_lead(make_loop, workspace):
+    loop = make_loop(lead=0.0)
+    find_lead(loop, workspace)
+    telemetry = loop.record.telemetry()
+    telemetry.q[:, 0] += 0.05 * np.sin(telemetry.time)
+    with pytest.raises(HardwareError, match=r"does not follow its commands: \d+\.\d %"):
+        response_lead(telemetry)
+
+
+def test_homing_from_elsewhere_in_the_cell(make_loop, workspace):
+    goal = np.array(workspace.position(3, 3)) + (0, 0, 0.10)
+    for start in (workspace.reach.q[6, 0], workspace.home() + (0.2, -0.1, -0.1, 0.3, 0.2, -0.3)):
+        loop = make_loop(start)
+        go_home(loop, workspace, pace=PACE)
+        telemetry = loop.record.telemetry()
+        tips = forward(telemetry.q, tool=0.1)
+        assert np.linalg.norm(tips[-1, :3, 3] - goal) < 1.5e-3
+        assert np.allclose(tips[-1, :3, :3], DOWN, atol=2e-3)
+        assert np.abs(telemetry.command).max() <= 1.2
+        assert np.abs(np.diff(telemetry.command, axis=0)).max() / 0.008 < 8.0
+        assert (telemetry.phase[1:] == record.HOME).sum() > 50
+        assert tips[:, 2, 3].min() > workspace.height - 8e-4
+
+
+def test_homing_from_a_tile_lifts_before_it_crosses(make_loop, workspace):
+    loop = make_loop(workspace.reach.q[0, 6])
+    go_home(loop, workspace, pace=PACE)
+    tips = forward(loop.record.telemetry().q, tool=0.1)[:, :3, 3]
+    low = tips[:, 2] < workspace.height + 0.05
+    assert np.linalg.norm(tips[low, :2] - tips[0, :2], axis=1).max() < 1e-3
+
+
+def test_homing_is_refused_from_outside_or_with_another_elbow(make_loop, workspace):
+    high = workspace.home() + np.array([0, -0.8, 0, 0, 0, 0])
+    loop = make_loop(high)
+    with pytest.raises(HardwareError, match="outside the keep-inside box"):
+        go_home(loop, workspace, pace=PACE)
+    assert not loop.record.telemetry().command.any()
+    turned = workspace.home() + np.array([0, 0, 0, 0, 0, np.pi])
+    with pytest.raises(HardwareError, match=r"joint 6 stands at .*another elbow or wrist"):
+        go_home(make_loop(turned), workspace, pace=PACE)
+
+
+def test_a_session_replays_the_log_at_its_pace(make_loop, workspace):
+    moves = [
+        move((1, 1), (1, 2), first=True, gap=1.0),
+        move((1, 2), (2, 2), gap=0.9),
+        move((2, 2), (2, 2), gap=0.8),
+        move((2, 2), (3, 2)),
+        move((6, 6), (5, 6), first=True, gap=30.0),
+        move((5, 6), (4, 6)),
+    ]
+    _, done, telemetry, at = session(make_loop, workspace, moves)
+    onsets = [d.track.onset if np.isfinite(d.track.onset) else d.track.start for d in done]
+    assert np.diff(onsets)[[0, 1, 2]] == pytest.approx([1.0, 0.9, 0.8], abs=0.0081)
+    assert np.diff(onsets)[4] == pytest.approx(PACE.longest_gap, abs=0.0081)
+    for one in done:
+        end = at.position[one.track.last - 1]
+        assert 1e3 * np.linalg.norm(end - workspace.position(*one.move.end)) <= 0.1
+    dwelt = done[2].track
+    assert not telemetry.command[dwelt.first : dwelt.last].any()
+    assert set(telemetry.move[dwelt.first : dwelt.last]) == {2}
+    approach = telemetry.phase == record.APPROACH
+    assert np.nanmax(np.linalg.norm(at.position - telemetry.reference, axis=1)[approach]) < 2e-3
+    assert np.abs(at.position[approach & (telemetry.time > onsets[0]), 2] - workspace.height).max() < 8e-4
+
+
+def test_a_stopped_session_keeps_what_it_has(make_loop, workspace):
+    from hrcneuro.robot.backend import Stopped
+    from hrcneuro.robot.sim import Fault
+
+    moves = [move((3, 3), (3, 4), first=True), move((3, 4), (3, 5)), move((3, 5), (3, 4))]
+    loop, done = make_loop(workspace.home(), faults=(Fault("protective_stop", 2.0),)), []
+    with pytest.raises(Stopped, match="protective"), loop:
+        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_done=done.append)
+    assert [one.index for one in done] == [0]
+    assert loop.record.telemetry().time[-1] >= 2.0
+
+
+def test_figures_of_a_move(make_loop, workspace):
+    moves = [move((3, 3), (4, 3), first=True, t_f=0.6), move((4, 3), (4, 3)), move((4, 3), (4, 4), t_f=1.2)]
+    _, done, telemetry, at = session(make_loop, workspace, moves)
+    found = measure_moves(done, telemetry, at, workspace)
+    fast, dwelt, slow = ({k: v[i] for k, v in found.items()} for i in range(3))
+    assert np.isnan(list(dwelt.values())).all()
+    assert fast["peak_speed_m_s"] == pytest.approx(1.875 * 0.07 / 0.6, rel=0.03)
+    assert slow["peak_speed_m_s"] == pytest.approx(1.875 * 0.07 / 1.2, rel=0.03)
+    assert fast["t_2mm_s"] == pytest.approx(0.846 * 0.6, abs=0.01)
+    assert slow["t_2mm_s"] == pytest.approx(0.846 * 1.2, abs=0.01)
+    for one in (fast, slow):
+        assert one["jerk_cost"] == pytest.approx(1.0, abs=0.15)
+        assert abs(one["trigger_latency_ms"]) < 3.0
+        assert one["end_error_mm"] <= 0.1
+
+
+@pytest.mark.parametrize("t_f", [0.6, 0.9, 1.2])
+def test_onset_fit_is_exact_where_a_threshold_is_late(t_f):
+    time = np.arange(-0.1, t_f + 0.1, 0.008)
+    s, rate, _, _ = minimum_jerk((time - 0.0123) / t_f)
+    noise = np.random.default_rng(1).normal(0, 1e-4, len(time))
+    assert fit_onset(time, s, t_f) == pytest.approx(0.0123, abs=1e-9)
+    assert fit_onset(time, s + noise, t_f) == pytest.approx(0.0123, abs=1e-4)
+    # the measured lateness of a threshold of 5 mm/s: 24, 44, 68 ms
+    late = time[np.argmax(0.07 * rate / t_f > 0.005)] - 0.0123
+    assert 1e3 * late == pytest.approx({0.6: 24, 0.9: 44, 1.2: 68}[t_f], abs=9)
+
+
+def test_timing_of_a_session(make_loop, workspace):
+    moves = [move((3, 3), (3, 4), first=True), move((3, 4), (3, 3))]
+    _, _, telemetry, _ = session(make_loop, workspace, moves)
+    spread = timing(telemetry, np.array([1.0, 3.0, np.nan]), np.array([np.nan, np.nan, np.nan]))
+    assert spread["cycle"]["mean"] == pytest.approx(8.0)
+    assert spread["cycle_jitter"]["high"] < 1e-6
+    assert (spread["trigger_latency"]["n"], spread["trigger_latency"]["mean"]) == (2, 2.0)
+    assert spread["trigger_jitter"]["high"] == 1.0
+    assert "behind_log" not in spread
+
+
+def test_the_rotation_vector_keeps_its_branch(make_loop, workspace):
+    _, _, telemetry, at = session(make_loop, workspace, [move((3, 3), (3, 4), first=True)])
+    assert np.allclose(at.rotation, (0, np.pi, 0), atol=0.01)
+    assert np.allclose(at.position, forward(telemetry.q, tool=0.1)[:, :3, 3])

@@ -1,0 +1,199 @@
+"""The stage robot: a simulated subject's log in, tables and figures out."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import ConfigError, DataError, HardwareError
+from hrcneuro.io.tables import describe, write_table
+from hrcneuro.paradigm.session import SessionParams, simulate_session
+from hrcneuro.robot.cell import Cell
+from hrcneuro.robot.sim import Fault, SimArm
+from hrcneuro.sources.trials import TRIALS, study_trials
+from hrcneuro.stages import _robot_figures, _robot_tables, robot
+
+
+@pytest.fixture(scope="module")
+def trials() -> pd.DataFrame:
+    session = SessionParams(practice_episodes=1, blocks=2, episodes_per_block=2)
+    return study_trials(simulate_session(session, rng=np.random.default_rng(5)), "s01", 512.0)
+
+
+@pytest.fixture
+def inputs(trials, tmp_path) -> Inputs:
+    return given(trials, tmp_path)
+
+
+def given(trials, folder) -> Inputs:
+    (folder / "acquire").mkdir()
+    write_table(trials, folder / "acquire" / "trials.parquet", TRIALS)
+    return Inputs.of("s01", acquire=folder / "acquire")
+
+
+def run(inputs, out, **changes):
+    out.mkdir()
+    config = dataclasses.replace(robot.Config(), **({"rescue_folder": str(out.parent / "rescue")} | changes))
+    assert robot.check(config) == []
+    return robot.run(config, inputs, out)
+
+
+@pytest.fixture(scope="module")
+def whole(trials, tmp_path_factory) -> tuple[dict, Path]:
+    """Return the summary and the folder of a run over the main blocks."""
+    folder = tmp_path_factory.mktemp("robot")
+    return run(given(trials, folder), folder / "out"), folder / "out"
+
+
+def test_the_summary_keeps_its_promises(whole, trials):
+    summary, _ = whole
+    assert summary["moves"] == int((~trials["practice"].astype(bool)).sum())
+    assert summary["max_error_mm"] <= 0.8
+    assert summary["end_error_mm"] <= 0.1
+    assert 0.5 < summary["t_2mm_s"] < 1.1
+    assert summary["loop_hz"] == pytest.approx(125.0)
+    assert summary["jitter_p99_ms"] == pytest.approx(0.0, abs=1e-6)
+    assert summary["stops"] == 0
+    assert summary["lead_ms"] == pytest.approx(27.0, abs=0.5)
+
+
+def test_the_arm_goes_where_the_log_went(whole, trials):
+    _, out = whole
+    moves = pd.read_parquet(out / "moves.parquet")
+    logged = trials[~trials["practice"].astype(bool)]
+    assert moves[["row", "col"]].to_numpy().tolist() == logged[["row", "col"]].to_numpy(int).tolist()
+    assert moves["clamped"].to_numpy(bool).tolist() == logged["executed"].isna().tolist()
+    assert np.allclose(moves["t_f_s"], logged["t_f_s"].astype(float))
+    moved = moves[~moves["clamped"]]
+    assert (moved["t_2mm_s"] < moved["t_f_s"]).all()
+    assert moved["trigger_latency_ms"].abs().max() < 3
+    assert (moved["tilt_deg"] <= 0.2).all()
+    assert (moved["height_error_mm"] <= 0.8).all()
+
+
+def test_telemetry_is_even_and_complete(whole):
+    summary, out = whole
+    telemetry = pd.read_parquet(out / "telemetry.parquet")
+    assert np.allclose(np.diff(telemetry["time_s"]), 0.008)
+    assert sorted(set(telemetry["move"])) == list(range(-1, summary["moves"]))
+    assert set(telemetry["safety_bits"]) == {1}
+    assert set(telemetry["limit_bits"]) == {0}
+    moving = telemetry[telemetry["phase"] == "move"]
+    assert (np.abs(moving["tool_x_m"] - moving["reference_x_m"]) < 8e-4).all()
+    # The commands' own sum trails the measurement by what the arm lags behind: at most 27 ms of motion.
+    assert (np.abs(moving["q_command_3_rad"] - moving["q_3_rad"]) < 0.027 * 0.9 + 1e-3).all()
+
+
+def test_the_tables_carry_their_schema(whole):
+    _, out = whole
+    for name, table in (
+        ("telemetry", _robot_tables.TELEMETRY),
+        ("moves", _robot_tables.MOVES),
+        ("timing", _robot_tables.TIMING),
+    ):
+        found = describe(out / f"{name}.parquet")
+        assert list(found.columns) == list(table.columns)
+        assert found.columns[next(iter(table.columns))].text == next(iter(table.columns.values())).text
+    timing = pd.read_parquet(out / "timing.parquet").set_index("quantity")
+    assert timing.loc["cycle", "mean_ms"] == pytest.approx(8.0)
+    assert timing.loc["trigger_latency", "sd_ms"] < 2
+
+
+def test_the_figures_are_there(whole):
+    _, out = whole
+    assert {p.name for p in out.glob("*.png")} == set(robot.FIGURES)
+
+
+def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):
+    digests = []
+    for name in ("one", "two"):
+        run(inputs, tmp_path / name, blocks=(1,), episodes=(1,))
+        files = sorted((tmp_path / name).iterdir())
+        digests.append({p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in files})
+    assert digests[0] == digests[1]
+
+
+@pytest.fixture
+def no_figures(monkeypatch):
+    for name in ("robot", "timing", "reach"):
+        monkeypatch.setattr(_robot_figures, name, lambda *_: None)
+
+
+def test_blocks_episodes_and_practice_are_chosen(inputs, tmp_path, trials, no_figures):
+    summary = run(inputs, tmp_path / "out", blocks=(1,), episodes=(1,), practice=True, t_f_s=0.6, lead_s=0.027)
+    chosen = (trials["block"] == 1) & (trials["episode"] == 1)
+    assert summary["moves"] == int(chosen.sum())
+    moves = pd.read_parquet(tmp_path / "out" / "moves.parquet")
+    assert set(moves["practice"]) == {True, False}
+    assert set(moves["t_f_s"]) == {0.6}
+    assert summary["max_error_mm"] <= 0.8
+
+
+def test_a_foreign_study_is_refused(tmp_path):
+    foreign = pd.DataFrame({"subject": ["demo"] * 3, "event": ["square"] * 3, "onset_s": [1.0, 2.0, 3.0]})
+    for name in TRIALS.columns:
+        if name not in foreign:
+            foreign[name] = None
+    with pytest.raises(DataError, match=r"no moves in the trial table \(3 rows"):
+        run(given(foreign, tmp_path), tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"blocks": (13,)}, r"robot.blocks: \[13\]"),
+        ({"t_f_s": 0.1}, r"t_f 0.1 s from tile"),
+        ({"cell": Cell(base_height=0.0, near_edge=1.1)}, "does not reach tile"),
+    ],
+)
+def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, changes, match):
+    with pytest.raises(ConfigError, match=match) as caught:
+        run(inputs, tmp_path / "out", **changes)
+    assert caught.value.cure
+    assert not (tmp_path / "rescue").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"t_f_range_s": (1.2, 0.6)}, "t_f_range_s"),
+        ({"t_f_range_s": (0.6,)}, "t_f_range_s"),
+        ({"cell": Cell(seed_deg=(0.0,))}, "seed_deg has 1 angles"),
+        ({"cell": Cell(hover=0.005)}, "cell.hover = 0.005"),
+    ],
+)
+def test_contradictions_are_named(changes, match):
+    assert any(match in mistake for mistake in robot.check(dataclasses.replace(robot.Config(), **changes)))
+
+
+def test_a_protective_stop_keeps_the_record(inputs, tmp_path, monkeypatch, no_figures):
+    def faulty(config, workspace):
+        from hrcneuro.robot.sim import VirtualClock
+
+        clock = VirtualClock()
+        return SimArm(clock, workspace.home().tolist(), faults=(Fault("protective_stop", 12.0),)), clock
+
+    monkeypatch.setattr(robot, "_arm", faulty)
+    with pytest.raises(HardwareError, match="protective stop") as caught:
+        run(inputs, tmp_path / "out")
+    assert caught.value.exit_code == 4
+    assert not list((tmp_path / "out").iterdir())
+    kept = tmp_path / "rescue" / "s01"
+    telemetry = pd.read_parquet(kept / "telemetry.parquet")
+    assert telemetry["time_s"].iloc[-1] >= 12.0
+    assert telemetry["safety_bits"].iloc[-1] == 4
+    assert len(pd.read_parquet(kept / "moves.parquet")) > 1
+
+
+def test_nothing_heavy_is_imported_for_help():
+    code = "import sys, hrcneuro.stages.robot; print(sorted({'numpy', 'pandas', 'ruckig', 'scipy'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
