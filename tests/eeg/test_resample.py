@@ -110,4 +110,4 @@ def test_equals_the_exact_resampling_of_a_periodic_signal():
     exact = by_fft(signal, 20_480)[500:-500]
     ours = resample.resample(signal[None].copy(), resample.ratio(1000, 512), pass_freq=40.5)[0, 500:-500]
     theirs = resample_poly(signal, 64, 125)[500:-500]
-    assert np.abs(ours - exact).max() < 1e-3 < 1e-2 < np.abs(theirs - exact).max()
+    assert np.abs(ours - exact).max() < 1e-4 < 1e-2 < np.abs(theirs - exact).max()
