@@ -58,8 +58,9 @@ def dipole_mixing(rng: np.random.Generator, dipoles: int) -> np.ndarray:
 
     ``dipoles`` dipoles at random places and orientations with lognormal strength, all with the same spectrum, are
     jointly Gaussian with the spatial covariance G Gᵀ (G the gains, 30 × dipoles). Thirty independent processes with
-    that spectrum, mixed by the Cholesky factor of G Gᵀ, have the same distribution, so only thirty are drawn. The
-    result is against the mastoids, scaled to a mean EEG variance of one.
+    that spectrum, mixed by a square root of G Gᵀ, have the same distribution, so only thirty are drawn. The symmetric
+    root makes each of them a patch around one electrode. The result is against the mastoids, scaled to a mean EEG
+    variance of one.
     """
     model = head()
     place = rng.integers(len(model.dipoles), size=dipoles)
@@ -67,9 +68,8 @@ def dipole_mixing(rng: np.random.Generator, dipoles: int) -> np.ndarray:
     orientation /= np.linalg.norm(orientation, axis=1, keepdims=True)
     strength = np.exp(0.5 * rng.standard_normal(dipoles))
     gain = np.einsum("cdk,dk->cd", model.gain[:, place], orientation) * strength
-    covariance = gain @ gain.T
-    factor = np.linalg.cholesky(covariance + 1e-9 * np.trace(covariance) * np.eye(len(CH_NAMES)))
-    mixing = to_mastoids(factor)
+    power, axes = np.linalg.eigh(gain @ gain.T)
+    mixing = to_mastoids((axes * np.sqrt(np.maximum(power, 0.0))) @ axes.T)
     return mixing / np.sqrt((mixing[: len(EEG)] ** 2).sum(axis=1).mean())
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from hrcneuro.eeg.synthetic.background import frequencies, shaped_noise
+from hrcneuro.eeg.synthetic.background import frequencies, shaped_noise, slow_gain
 from hrcneuro.eeg.synthetic.head import CH_NAMES, EEG, MASTOIDS
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 Spans = list[tuple[float, float]]
 _MUSCLE_HZ = (18.0, 150.0)
+# SD of the log amplitude over time of what is there throughout: its kurtosis is then that of any other channel.
+_WAXING = 0.18
 
 
 def plant(rng: np.random.Generator, data_uv: np.ndarray, sfreq: float, *, params: SyntheticParams) -> pd.DataFrame:
@@ -74,14 +76,16 @@ def muscle_bursts(rng: np.random.Generator, row: np.ndarray, sfreq: float) -> Sp
 
 def muscle(rng: np.random.Generator, row: np.ndarray, sfreq: float) -> Spans:
     """Add muscle throughout the recording; return its span."""
-    row += np.float32(rng.uniform(8.0, 20.0)) * _muscle(rng, len(row), sfreq)
+    noise = _muscle(rng, len(row), sfreq) * slow_gain(rng, len(row), sfreq, spread=_WAXING, every_s=10.0)
+    row += np.float32(rng.uniform(8.0, 20.0)) * noise
     return [(0.0, len(row) / sfreq)]
 
 
 def broadband(rng: np.random.Generator, row: np.ndarray, sfreq: float) -> Spans:
     """Add white noise throughout the recording, as from a bad gel bridge; return its span."""
     f = frequencies(len(row), sfreq)
-    row += np.float32(rng.uniform(10.0, 25.0)) * shaped_noise(rng, np.ones_like(f), len(row), sfreq)
+    noise = shaped_noise(rng, np.ones_like(f), len(row), sfreq)
+    row += np.float32(rng.uniform(10.0, 25.0)) * noise * slow_gain(rng, len(row), sfreq, spread=_WAXING, every_s=10.0)
     return [(0.0, len(row) / sfreq)]
 
 

@@ -16,6 +16,8 @@ from hrcneuro.errors import DataError
 
 _TAIL_S = 5.0  # recorded after the last move
 _BLOCK = 16384  # samples mixed at a time: fits the cache
+# SD of the log amplitude of each patch over time: channels then have a kurtosis of 3.2 to 4, as real EEG has.
+_RESTLESS = 0.5
 _SOURCE_HZ = 100.0  # the truth's time courses are kept at the lowest rate above this
 # Every part draws from a stream of its own: recordings with one seed and two effects differ in the effect alone.
 _STREAMS = (
@@ -126,9 +128,10 @@ def _sources(
     where |= ocular.propagation(eyes, variability=params.variability)
     blinks = ocular.blinks(eyes, samples / sfreq, params=params)
     saccades = ocular.saccades(eyes, samples / sfreq, session.onset_s, params=params)
-    courses["blink"] = ocular.blink_course(blinks, samples, sfreq)
+    courses["blink"] = ocular.blink_course(blinks, "amplitude_uv", samples, sfreq)
     courses["horizontal"] = ocular.gaze_course(saccades, "x_uv", samples, sfreq)
     courses["vertical"] = ocular.gaze_course(saccades, "y_uv", samples, sfreq)
+    courses["lid"] = ocular.blink_course(blinks, "lid_uv", samples, sfreq)
     for name, gain, wave in _rhythms(session):
         where[name], courses[name] = gain, wave
     phases = background.hum(mains, samples, sfreq, line_hz=params.line_hz)
@@ -176,7 +179,7 @@ def _background(session: _Session) -> np.ndarray:
     data = np.empty((len(CH_NAMES), samples), dtype=np.float32)
     for row in data:
         row[:] = background.shaped_noise(rng, density, samples, sfreq)
-        row *= background.slow_gain(rng, samples, sfreq, spread=0.15, every_s=10.0)
+        row *= background.slow_gain(rng, samples, sfreq, spread=_RESTLESS, every_s=10.0)
     for a in range(0, samples, _BLOCK):
         data[:, a : a + _BLOCK] = _product(mixing, data[:, a : a + _BLOCK])
     return data

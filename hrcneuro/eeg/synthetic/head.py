@@ -20,7 +20,7 @@ MASTOIDS = (EEG.index("TP9"), EEG.index("TP10"))
 # Left and right outer canthus and forehead (Schlögl et al. 2007), by their nearest neighbours in the 10-05 system.
 _EOG_SITES = {"EOG1": "AF9", "EOG2": "AF10", "EOG3": "Fpz"}
 # Cortex in a head of about 95 mm: no dipoles deeper than 40 mm from the centre, none below the ear line's basin.
-_SHELL_M = (0.040, 0.078)
+_SHELL_M = (0.025, 0.072)
 _FLOOR_M = -0.03
 _STEP_M = 0.009
 
