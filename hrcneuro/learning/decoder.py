@@ -66,6 +66,13 @@ class Heard:
     decision: np.ndarray | None = None
     graded: np.ndarray | None = None
 
+    def log_odds(self, kind: str) -> np.ndarray:
+        """Return the log-odds of a kind, ``decision`` or ``graded``."""
+        odds = {"decision": self.decision, "graded": self.graded}[kind]
+        if odds is None:
+            raise ValueError(f"{kind} log-odds were not asked for: hear(..., evidence=True) computes them")
+        return odds
+
     def first(self, repetitions: int) -> Heard:
         """Return the first repetitions only."""
         parts = (self.predicted, self.decision, self.graded)

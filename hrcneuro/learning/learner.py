@@ -123,6 +123,7 @@ def learn(
     column = np.arange(used * twice)
     learner = make(task.subtasks, len(column))
     useful = taught(task)
+    segments = [d.task.segment for d in draws]
     soft, hard = np.empty((task.episodes, used)), np.empty((task.episodes, used))
 
     def joined(parts: list[np.ndarray]) -> np.ndarray:
@@ -134,7 +135,7 @@ def learn(
         for event in np.flatnonzero(useful[episode]):
             learner.update(entries[event], None if heard is None else heard[event])
         learner.end_episode()
-        human = joined([d.human[d.task.segment[episode]] for d in draws])
+        human = joined([d.human[segment[episode]] for d, segment in zip(draws, segments, strict=True)])
         margin = learner.margin()
         soft[episode], hard[episode] = accuracy(margin, human, tau)[:used], greedy(margin, human)[:used]
     return soft, hard

@@ -65,7 +65,7 @@ class Draws:
     @property
     def repetitions(self) -> int:
         """The number of repetitions."""
-        return self.subtask.shape[2]
+        return int(self.subtask.shape[2])
 
     def first(self, repetitions: int) -> Draws:
         """Return the first repetitions only."""
@@ -77,9 +77,10 @@ def draw(task: Task, repetitions: int, rng: np.random.Generator) -> Draws:
     """Return fresh episodes, assignments and decoder draws (§3.2); the sequences are new in every episode."""
     shape = (task.episodes, task.events, repetitions)
     subtask = rng.integers(0, task.subtasks, size=shape, dtype=np.uint8)
-    assignments = int(task.segment[-1]) + 1
-    order = rng.random((assignments, task.subtasks, repetitions)).argsort(axis=1)
-    return Draws(task, subtask, order < task.chosen, rng.random(shape) * 100.0)
+    epsilon = rng.random(shape) * 100.0
+    # Last, and as an order of subtasks: tasks that differ in m or in reassignment alone share every other draw.
+    order = rng.random((int(task.segment[-1]) + 1, task.subtasks, repetitions)).argsort(axis=1)
+    return Draws(task, subtask, order < task.chosen, epsilon)
 
 
 def actors(draws: Draws) -> np.ndarray:

@@ -7,22 +7,36 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
-from hrcneuro.errors import StageError
+from hrcneuro.errors import did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hrcneuro.learning.decoder import Decoder
     from hrcneuro.learning.learner import Make
     from hrcneuro.learning.simulations import Curve, Variant
     from hrcneuro.learning.task import Task
+    from hrcneuro.stages.simulate_decoders import Empirical
 
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib")
 INPUTS: Patterns = {}
 GROUP_INPUTS: Patterns = {}  # of rates = "paper"; see inputs()
 FIGURES = {
     "fig4.png": "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical decoder, "
-    "B better and worse decoders, C tasks reassigned, D more subtasks"
+    "B better and worse decoders, C tasks reassigned, D more subtasks",
+    "learners.png": "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % intervals",
+    "confound.png": "Learning when the decoder answers to errors: the same rates, other tasks",
+    "sweep.png": "How good must a decoder be? Minutes to 80 % choice accuracy",
+}
+LEARNERS = ("paper", "votes", "confidence", "bayes", "bayes_graded", "forgetting", "adaptive")
+AXES = ("accuracy", "subtasks", "chosen", "alpha", "tau", "events", "period")
+# A grid for who asks for a sweep without naming one: 10,125 cells.
+WIDE_SWEEP: dict[str, tuple[float, ...]] = {
+    "accuracy": (51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0, 62.0, 65.0, 70.0, 75.0, 80.0),
+    "subtasks": (2.0, 4.0, 6.0, 8.0, 10.0),
+    "alpha": (0.01, 0.02, 0.05, 0.1, 0.2),
+    "tau": (0.05, 0.1, 0.3),
+    "events": (5.0, 10.0, 20.0),
+    "period": (0.0, 20.0, 40.0),
 }
 SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
 
@@ -53,6 +67,20 @@ class Config:
     ddof: int = option(0, "Eq 6 divides by the SD with N - ddof", low=0, high=1)
     trial_s: tuple[float, ...] = option((1.0, 2.0), "durations of a trial for the milestones", unit="s", low=0.01)
     seed: int = option(2023, "seed of every draw", low=0)
+    scenario: str = option("iC", "scenario of the decode artifacts (rates = decode, replay)")
+    after_human: str = option("HHvsHR", "decoding problem that is heard after a human's action")
+    after_robot: str = option("RRvsRH", "decoding problem that is heard after a robot's action")
+    decoder: str = option("", "decoder of the decode artifacts; empty for the first one")
+    learner_repetitions: int = option(
+        100, "restarts of each learner that is compared with Eq 3-6; 0 for no comparison", low=0, high=100_000
+    )
+    horizon: float = option(40.0, "episodes between reassignments that the learner 'forgetting' expects", low=1)
+    confound: bool = option(True, "also learn from a decoder that answers to errors")
+    sweep: dict[str, tuple[float, ...]] = option(
+        {}, "axis -> values of the design sweep: accuracy (%), subtasks, chosen, alpha, tau, events, period (0: never)"
+    )
+    sweep_learner: str = option("paper", "who learns in the sweep", choices=LEARNERS)
+    sweep_repetitions: int = option(100, "restarts a cell of the sweep", low=2, high=100_000)
 
 
 def inputs(config: Config) -> Patterns:
@@ -83,25 +111,64 @@ def check(config: Config) -> list[str]:
     for name in ("levels", "test_cases"):
         values = getattr(config, name)
         if len(set(values)) < len(values):
-            mistakes.append(f"{name} = {values} names one of them twice; allowed: each once")
+            mistakes.append(f"{name} = {list(values)} names one of them twice; allowed: each once")
+    if config.learner_repetitions == 1:
+        mistakes.append("learner_repetitions = 1 gives no confidence interval; allowed: 0 (none), or 2 and more")
+    return mistakes + _check_sweep(config)
+
+
+# Inclusive limits of each axis; whole numbers where the third value says so.
+_SWEEP_LIMITS = {
+    "accuracy": (0.0, 100.0, False),
+    "subtasks": (2, 32, True),
+    "chosen": (1, 31, True),
+    "alpha": (1e-6, 100.0, False),
+    "tau": (1e-6, 100.0, False),
+    "events": (2, 1000, True),
+    "period": (0, 100_000, True),
+}
+
+
+def _check_sweep(config: Config) -> list[str]:
+    mistakes = []
+    for axis, values in config.sweep.items():
+        if axis not in _SWEEP_LIMITS:
+            mistakes.append(f"sweep.{axis}{did_you_mean(axis, AXES)} is no axis; allowed: {', '.join(AXES)}")
+            continue
+        low, high, whole = _SWEEP_LIMITS[axis]
+        wrong = [v for v in values if not low <= v <= high or (whole and v != int(v))]
+        if wrong or not values:
+            kind = "whole numbers" if whole else "numbers"
+            mistakes.append(f"sweep.{axis} = {list(values)}; allowed: {kind} from {low:g} to {high:g}, at least one")
+    if not mistakes and "chosen" in config.sweep:
+        subtasks = config.sweep.get("subtasks", (config.subtasks,))
+        if min(config.sweep["chosen"]) >= max(subtasks):
+            mistakes.append(
+                f"sweep.chosen = {list(config.sweep['chosen'])} is nowhere below the subtasks {list(subtasks)}; "
+                "allowed: some m < n"
+            )
     return mistakes
 
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Run SIM1–4 and write ``curves.parquet``, ``milestones.parquet``, ``relearning.parquet`` and ``fig4.png``."""
+    """Run SIM1-4, compare learners, show the confound, sweep where asked to; write tables and figures."""
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.simulations import run_curves
-    from hrcneuro.stages import _simulate_figures, _simulate_tables
+    from hrcneuro.stages import simulate_beyond, simulate_figures, simulate_tables
+    from hrcneuro.stages.simulate_decoders import empirical
 
-    variants = _variants(config, _empirical(config, inputs))
+    heard = empirical(config, inputs)
+    variants = _variants(config, heard)
     curves = run_curves(
         variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
     )
-    for name, (table, rows) in _simulate_tables.all_tables(
-        variants, curves, events=config.events, trial_s=config.trial_s
-    ).items():
+    tables = simulate_tables.all_tables(variants, curves, events=config.events, trial_s=config.trial_s)
+    expected = simulate_beyond.expected(variants, config)
+    tables |= simulate_beyond.analytic_table(variants, curves, expected)
+    for name, (table, rows) in tables.items():
         write_table(rows, out / name, table)
-    _simulate_figures.fig4(variants, curves, out / "fig4.png")
+    simulate_figures.fig4(variants, curves, expected, out / "fig4.png")
+    simulate_beyond.write(variants, heard, _task(config), config, out)
     return summary(variants, curves)
 
 
@@ -116,13 +183,18 @@ def summary(variants: Sequence[Variant], curves: Sequence[Curve]) -> dict[str, A
     return found
 
 
-def _variants(config: Config, empirical: Decoder) -> list[Variant]:
-    from hrcneuro.learning.simulations import paper_simulations
+def _variants(config: Config, heard: Empirical) -> list[Variant]:
+    from hrcneuro.learning.simulations import Variant, paper_simulations
 
-    cases = [(n, m) for n, m in config.test_cases]
-    return paper_simulations(
-        _task(config), empirical=empirical, levels=config.levels, reassign=config.reassign, cases=cases
+    variants = paper_simulations(
+        _task(config),
+        empirical=heard.decoder,
+        levels=config.levels,
+        reassign=config.reassign,
+        cases=[(n, m) for n, m in config.test_cases],
     )
+    # A mean of rates hides who teaches well and who does not.
+    return variants + [Variant("SIM1", unit, _task(config), decoder) for unit, decoder in heard.subjects.items()]
 
 
 def _task(config: Config) -> Task:
@@ -136,14 +208,6 @@ def _task(config: Config) -> Task:
         period=config.period,
         carry_over=config.carry_over,
     )
-
-
-def _empirical(config: Config, inputs: Inputs) -> Decoder:
-    from hrcneuro.learning.decoder import CoinFlips, Rates
-
-    if config.rates != "paper":
-        raise StageError(f"rates = {config.rates!r} is not built yet", cure="use --set simulate.rates=paper")
-    return CoinFlips(Rates(config.tnr_hh, config.tpr_hr, config.tnr_rr, config.tpr_rh))
 
 
 def _paper_learner(config: Config) -> Make:

@@ -4,13 +4,16 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from hrcneuro.contract import Inputs
+from hrcneuro.errors import DataError
 from hrcneuro.io.tables import describe, read_table
 from hrcneuro.stages import simulate
 
-SMALL = simulate.Config(repetitions=20, episodes=12, period=5)
+SMALL = simulate.Config(repetitions=20, episodes=12, period=5, learner_repetitions=10, sweep_repetitions=10)
+PLAIN = dataclasses.replace(SMALL, learner_repetitions=0, confound=False)
 NOTHING = Inputs("group", {})
 
 
@@ -56,18 +59,33 @@ def test_the_band_of_100_repetitions_covers_the_printed_points(plain):
 
 
 def test_same_configuration_same_bytes(tmp_path):
+    config = dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 80.0), "period": (0.0, 4.0), "alpha": (0.05, 0.2)})
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        simulate.run_group(SMALL, NOTHING, tmp_path / name)
+        simulate.run_group(config, NOTHING, tmp_path / name)
     files = sorted(p.name for p in (tmp_path / "one").iterdir())
-    assert files == ["curves.parquet", "fig4.png", "milestones.parquet", "relearning.parquet"]
+    assert files == [
+        "analytic.parquet",
+        "confound.parquet",
+        "confound.png",
+        "curves.parquet",
+        "fig4.png",
+        "learners.parquet",
+        "learners.png",
+        "milestones.parquet",
+        "relearning.parquet",
+        "sweep.parquet",
+        "sweep.png",
+    ]
     for name in files:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-    assert set(simulate.FIGURES) <= set(files)
+    assert set(simulate.FIGURES) == {name for name in files if name.endswith(".png")}
 
 
 def test_short_runs_and_no_cases_work(tmp_path):
     config = dataclasses.replace(SMALL, episodes=1, test_cases=(), levels=())
+    assert "emp" in simulate.run_group(config, NOTHING, tmp_path)["SIM3"]
+    config = dataclasses.replace(PLAIN, episodes=1, test_cases=(), levels=())
     assert simulate.check(config) == []
     summary = simulate.run_group(config, NOTHING, tmp_path)
     assert summary["SIM1"]["emp"].keys() == {"1"}
@@ -90,6 +108,13 @@ def test_inputs_follow_the_rates():
         ({"test_cases": ((6,),)}, "test_cases[0] = [6]"),
         ({"events": 1}, "nothing is learned"),
         ({"levels": (60.0, 60.0)}, "names one of them twice"),
+        ({"learner_repetitions": 1}, "no confidence interval"),
+        ({"sweep": {"acuracy": (60.0,)}}, "sweep.acuracy (did you mean 'accuracy'?)"),
+        ({"sweep": {"accuracy": (60.0, 101.0)}}, "numbers from 0 to 100"),
+        ({"sweep": {"subtasks": (2.5,)}}, "whole numbers from 2 to 32"),
+        ({"sweep": {"alpha": ()}}, "at least one"),
+        ({"sweep": {"chosen": (5.0,), "subtasks": (4.0,)}}, "nowhere below"),
+        ({"sweep": {"chosen": (4.0, 5.0)}}, "nowhere below"),
     ],
 )
 def test_contradictions_are_named(changes, match):
@@ -110,3 +135,124 @@ def test_limits_are_declared(name, value):
 def test_the_module_is_light():
     code = "import sys, hrcneuro.stages.simulate; sys.exit(any(m in sys.modules for m in ('numpy', 'pandas', 'mne')))"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_the_wide_sweep_is_large_and_allowed():
+    from hrcneuro.stages.simulate_sweep import cells
+
+    config = dataclasses.replace(SMALL, sweep=simulate.WIDE_SWEEP)
+    assert simulate.check(config) == []
+    assert len(cells(config)) == 10_125
+
+
+def test_learners_differ_and_say_by_how_much(plain):
+    out, _ = plain
+    table = read_table(out / "learners.parquet")
+    one = table[(table.simulation == "SIM1") & (table.measure == "mean")].set_index("learner")
+    assert one.loc["paper", "difference"] == 0
+    assert one.loc["bayes_graded", "difference"] > 3 * one.loc["bayes_graded", "half_width"]
+    assert one["behind_best"].max() == 0
+    assert set(one.index) == set(simulate.LEARNERS)
+
+
+def test_expectation_is_within_the_band_of_the_curve(plain):
+    out, _ = plain
+    table = read_table(out / "analytic.parquet")
+    assert set(table.simulation) == {"SIM1", "SIM2", "SIM4"}  # tasks stay
+    inside = (table.difference.abs() < np.maximum(table.half_width, 0.01)).groupby(table.variant).mean()
+    assert inside.mean() > 0.85
+
+
+def test_a_decoder_of_errors_teaches_nothing(plain):
+    out, _ = plain
+    final = read_table(out / "confound.parquet").query("episode == 200").set_index("variant")["mean"]
+    assert final["anticipation"] > 0.8
+    assert final["errors, before takeovers as logged"] > 0.8
+    assert abs(final["errors, whoever acts next"] - 0.5) < 0.06
+
+
+RATES = {"s01": (52.0, 50.0, 55.0, 53.0), "s02": (54.0, 56.0, 65.0, 67.0)}  # HH, HR, RR, RH in per cent
+
+
+def _decoded(folder, rates, *, scenario="iC", problems=("HHvsHR", "RRvsRH")):
+    """Write decode artifacts of one subject that score ``rates``, with the decode stage's own schemas."""
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.stages.decode_tables import PREDICTIONS, SCORES
+
+    folder.mkdir(parents=True)
+    rng = np.random.default_rng(7)
+    scores, rows = [], []
+    for problem, tnr, tpr in zip(problems, rates[::2], rates[1::2], strict=True):
+        key = {"scenario": scenario, "problem": problem, "decoder": "rlda"}
+        known = {**key, "tnr": tnr, "tpr": tpr, "class1": "a", "class2": "b", "note": "too few trials"}
+        known |= {"n1": 100, "n2": 100, "n_folds": 2, "n_repeats": 2}
+        scores.append({name: known.get(name, np.nan) for name in SCORES.columns})
+        for repeat in range(2):
+            right = np.concatenate([np.arange(100) < tnr, np.arange(100) < tpr])[order := rng.permutation(200)]
+            label = np.repeat([0, 1], 100)[order]
+            score = np.where(right == (label == 1), 1, -1) * rng.exponential(size=200)
+            at = np.arange(200)
+            rows.append(
+                pd.DataFrame(
+                    {
+                        **key,
+                        "repeat": repeat,
+                        "fold": at % 2,
+                        "epoch": at,
+                        "block": at // 20,
+                        "episode": at // 5,
+                        "trial": at % 5,
+                        "label": label,
+                        "score": score,
+                    }
+                )
+            )
+    write_table(pd.DataFrame(scores), folder / "scores.parquet", SCORES)
+    predictions = pd.concat(rows, ignore_index=True)[list(PREDICTIONS.columns)]
+    write_table(predictions.sample(frac=1, random_state=1), folder / "predictions.parquet", PREDICTIONS)
+    return folder
+
+
+@pytest.mark.parametrize("rates", ["decode", "replay"])
+def test_this_runs_decoding_closes_the_chain(tmp_path, rates):
+    inputs = Inputs.of("group", decode={unit: _decoded(tmp_path / unit, r) for unit, r in RATES.items()})
+    config = simulate.Config(rates=rates, repetitions=150, episodes=60, learner_repetitions=60, test_cases=())
+    (tmp_path / "out").mkdir()
+    summary = simulate.run_group(config, inputs, tmp_path / "out")
+    sim1 = {name: episodes["40"] for name, episodes in summary["SIM1"].items()}
+    assert set(sim1) == {"emp", "s01", "s02"}
+    assert sim1["s01"] + 0.1 < sim1["emp"] < sim1["s02"]  # who is decoded better teaches better
+    assert sim1["s02"] > 0.8
+    assert (tmp_path / "out" / "fig4.png").stat().st_size > 10_000
+
+
+def test_mean_rates_of_the_run_are_used(tmp_path):
+    from hrcneuro.stages.simulate_decoders import empirical
+
+    inputs = Inputs.of("group", decode={unit: _decoded(tmp_path / unit, r) for unit, r in RATES.items()})
+    for rates in ("decode", "replay"):
+        found = empirical(dataclasses.replace(PLAIN, rates=rates), inputs).rates
+        assert found.by_case == pytest.approx([60.0, 60.0, 53.0, 53.0])  # RR, RH, HR, HH
+
+
+@pytest.mark.parametrize("rates", ["decode", "replay"])
+@pytest.mark.parametrize(
+    ("artifact", "changes", "match"),
+    [
+        ({"problems": ("HHvsHR", "RRvsHH")}, {}, "no problem 'RRvsRH'.*did you mean 'RRvsHH'.*it has HHvsHR, RRvsHH"),
+        ({"scenario": "sC"}, {}, "s01 has no scenario 'iC'.*it has sC"),
+        ({}, {"decoder": "xdawn"}, "no decoder 'xdawn'; it has rlda"),
+    ],
+)
+def test_decode_artifacts_that_lack_something_are_refused(tmp_path, rates, artifact, changes, match):
+    inputs = Inputs.of("group", decode={"s01": _decoded(tmp_path / "s01", RATES["s01"], **artifact)})
+    with pytest.raises(DataError, match=match):
+        simulate.run_group(dataclasses.replace(PLAIN, rates=rates, **changes), inputs, tmp_path)
+
+
+def test_missing_rates_and_subjects_are_refused(tmp_path):
+    inputs = Inputs.of("group", decode={"s01": _decoded(tmp_path / "s01", (50.0, np.nan, 50.0, 50.0))})
+    with pytest.raises(DataError, match="no rates of HHvsHR in scenario iC: too few trials"):
+        simulate.run_group(dataclasses.replace(PLAIN, rates="decode"), inputs, tmp_path)
+    with pytest.raises(DataError, match="needs decoded subjects"):
+        simulate.run_group(dataclasses.replace(PLAIN, rates="replay"), NOTHING, tmp_path)

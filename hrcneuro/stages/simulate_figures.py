@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,21 +45,24 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=200, metadata={"Software": None})
 
 
-def fig4(variants: Sequence[Variant], curves: Sequence[Curve], path: Path) -> None:
-    """Draw Fig 4: A SIM1, B SIM2, C SIM3, D SIM4 with one plot a test case."""
+def fig4(
+    variants: Sequence[Variant], curves: Sequence[Curve], expected: Mapping[tuple[str, str], np.ndarray], path: Path
+) -> None:
+    """Draw Fig 4: A SIM1, B SIM2, C SIM3, D SIM4 with one plot a test case; A with the analytic expectation."""
     pairs = list(zip(variants, curves, strict=True))
     cases = list(dict.fromkeys(v.name.split()[0] for v, _ in pairs if v.simulation == "SIM4"))
-    names = list(dict.fromkeys(v.name.split()[-1] for v, _ in pairs))
+    colours = _colours([v.name for v, _ in pairs if v.simulation == "SIM2"])
     with rc_context(STYLE):
         figure = Figure(figsize=(7.2, 5.0 if cases else 2.9))
         grid = figure.add_gridspec(2 if cases else 1, 12)
         for i, (letter, simulation, title) in enumerate(_TOP):
             axes = figure.add_subplot(grid[0, 4 * i : 4 * i + 4])
             chosen = [(v, c) for v, c in pairs if v.simulation == simulation]
-            _panel(axes, chosen, f"{simulation}: {title}", _colours(names))
+            _panel(axes, chosen, f"{simulation}: {title}", colours)
             _letter(axes, letter)
             if letter == "A":
                 _milestones(axes, chosen[0][1])
+                _expected(axes, expected.get(("SIM1", "emp")))
                 axes.set_ylabel("choice accuracy")
             if letter == "C":
                 _reassignments(axes, chosen[0][0])
@@ -68,11 +71,11 @@ def fig4(variants: Sequence[Variant], curves: Sequence[Curve], path: Path) -> No
             axes = figure.add_subplot(grid[1, edges[i] : edges[i + 1]])
             n, m = (int(part) for part in case.split("/"))
             chosen = [(v, c) for v, c in pairs if v.simulation == "SIM4" and v.name.split()[0] == case]
-            _panel(axes, chosen, f"{n} subtasks\nhuman {m}, robot {n - m}", _colours(names))
+            _panel(axes, chosen, f"{n} subtasks\nhuman {m}, robot {n - m}", colours)
             axes.set_ylabel("choice accuracy" if i == 0 else "")
             if i == 0:
                 _letter(axes, "D")
-        _legend(figure, _colours(names), curves[0].n)
+        _legend(figure, colours, curves[0].n)
         save(figure, path)
 
 
@@ -85,8 +88,11 @@ def _colours(names: Sequence[str]) -> dict[str, Any]:
 def _panel(axes: Axes, pairs: Pairs, title: str, colours: dict[str, Any]) -> None:
     axes.axhline(0.5, color=GREY, lw=0.7, ls=":")
     for variant, curve in sorted(pairs, key=lambda pair: pair[0].name.endswith("emp")):
-        colour = colours[variant.name.split()[-1]]
         episode = np.arange(1, len(curve.mean) + 1)
+        colour = colours.get(variant.name.split()[-1])
+        if colour is None:  # one subject's decoder
+            axes.plot(episode, curve.mean, color=GREY, lw=0.5, alpha=0.7)
+            continue
         band = curve.half_width
         axes.fill_between(episode, curve.mean - band, curve.mean + band, color=colour, alpha=0.25, linewidth=0)
         axes.plot(episode, curve.mean, color=colour, lw=1.2)
@@ -104,6 +110,20 @@ def _legend(figure: Figure, colours: dict[str, Any], n: int) -> None:
         ncols=6,
         handlelength=1.2,
         columnspacing=1.2,
+    )
+
+
+def _expected(axes: Axes, expected: np.ndarray | None) -> None:
+    if expected is None:
+        return
+    axes.plot(np.arange(1, len(expected) + 1), expected, color="black", lw=0.8, ls=(0, (4, 2)))
+    axes.annotate(
+        "analytic\nexpectation",
+        (0.42 * len(expected), expected[int(0.42 * len(expected))]),
+        xytext=(14, -20),
+        textcoords="offset points",
+        arrowprops={"arrowstyle": "-", "lw": 0.5, "shrinkB": 0},
+        fontsize=7,
     )
 
 

@@ -1,0 +1,99 @@
+"""What if the decoder answers to errors rather than to anticipation? It may score the same and teach nothing.
+
+In the study's intermittent scenario an error often precedes a human takeover from the robot (68.0 % of RH trials follow
+one, 26.1 % of RR trials). A decoder that does no more than tell trials after an error from others would score the
+published rates there. How it teaches a robot depends on whether errors tell who acts next in the new task as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hrcneuro.learning.decoder import Decoder, Heard, Rates, case
+from hrcneuro.learning.task import Draws, actors, previous_actors
+
+# Share of trials (tr−1) that follow an error, by case RR, RH, HR, HH: the authors' logs, iC, 11 subjects pooled.
+LOGGED_SHARES = (0.2613, 0.6801, 0.0273, 0.2679)
+ERROR_RATE = 0.30  # of moves that do not follow an error (paper §2.2; none follows one)
+
+
+@dataclass(frozen=True)
+class ErrorReader:
+    """A decoder that says "takeover" with one probability after an error and another after none.
+
+    Attributes:
+        after_error, after_none: These probabilities after a robot's and after a human's action.
+        shares: How often an error went before, by case RR, RH, HR, HH; None: errors fall as they do in the study's
+            moves, whoever acts.
+    """
+
+    after_error: tuple[float, float]
+    after_none: tuple[float, float]
+    shares: tuple[float, float, float, float] | None
+
+    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+        """Return the answers; it offers no log-odds, since nobody who uses it knows what it answers to."""
+        if evidence:
+            raise ValueError("an error reader has no log-odds of who acts next")
+        acting = actors(draws)
+        before = previous_actors(acting, carry_over=draws.task.carry_over)
+        if self.shares is None:
+            error = falling_errors(acting.shape, rng)
+        else:
+            error = rng.random(acting.shape) < np.array(self.shares)[case(before, acting)]
+        probability = np.array([self.after_none, self.after_error]).ravel()[2 * error + before]
+        takeover = draws.epsilon < 100.0 * probability
+        return Heard(takeover != before)
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Each answer comes from ``one`` with probability ``share``, else from ``other``."""
+
+    one: Decoder
+    other: Decoder
+    share: float
+
+    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+        """Return the answers, without log-odds."""
+        one, other = self.one.hear(draws, rng), self.other.hear(draws, rng)
+        from_one = rng.random(one.predicted.shape) < self.share
+        return Heard(np.where(from_one, one.predicted, other.predicted))
+
+
+def falling_errors(shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
+    """Return whether an error went before each event, bool: ERROR_RATE, never two errors in a row.
+
+    Args:
+        shape: (episodes, events, repetitions).
+        rng: Source of the draws.
+    """
+    tried = rng.random((shape[0] * shape[1], shape[2])) < ERROR_RATE
+    for now, earlier in zip(tried[1:], tried[:-1], strict=True):
+        now &= ~earlier
+    return tried.reshape(shape)
+
+
+def error_reader(rates: Rates, *, as_logged: bool) -> ErrorReader:
+    """Return the error reader that scores ``rates`` where errors precede takeovers as often as in the logs.
+
+    Rates that no error reader can score are approached as nearly as probabilities allow.
+
+    Args:
+        rates: The rates to explain.
+        as_logged: Errors precede takeovers in the new task as they do in the logs; otherwise they fall anyhow.
+    """
+    rr, rh, hr, hh = LOGGED_SHARES
+    robot = _solve(rr, rh, 1.0 - rates.tnr_rr / 100.0, rates.tpr_rh / 100.0)
+    human = _solve(hh, hr, 1.0 - rates.tnr_hh / 100.0, rates.tpr_hr / 100.0)
+    after_error, after_none = zip(robot, human, strict=True)
+    return ErrorReader(after_error, after_none, LOGGED_SHARES if as_logged else None)
+
+
+def _solve(share_stay: float, share_take: float, said_stay: float, said_take: float) -> tuple[float, float]:
+    """Return P(says takeover | error), P(says takeover | none) from the two shares and the two rates."""
+    slope = (said_take - said_stay) / (share_take - share_stay)
+    after_none = said_stay - share_stay * slope
+    return min(max(after_none + slope, 0.0), 1.0), min(max(after_none, 0.0), 1.0)

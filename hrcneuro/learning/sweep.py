@@ -1,0 +1,204 @@
+"""How good must a decoder be? Learning over a grid of decoders, tasks and parameters."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, fields
+
+import numpy as np
+
+from hrcneuro.learning.analytic import answer_probabilities, expected_curves
+from hrcneuro.learning.decoder import CoinFlips, Heard, Rates
+from hrcneuro.learning.learner import PaperLearner, learn
+from hrcneuro.learning.learners import Kind
+from hrcneuro.learning.milestones import first_at
+from hrcneuro.learning.simulations import BLOCK
+from hrcneuro.learning.task import Draws, Task, draw
+
+_COLUMNS = 2000
+
+
+@dataclass(frozen=True, order=True)
+class Cell:
+    """One point of the grid; ``period`` 0 means that tasks never change.
+
+    The order of the fields is that of sorting: cells that share their random draws come together.
+    """
+
+    events: int
+    subtasks: int
+    chosen: int
+    period: int
+    accuracy: float
+    alpha: float
+    tau: float
+
+    def task(self, episodes: int) -> Task:
+        """Return the cell's task."""
+        reassign = {"reassign": "every", "period": self.period} if self.period else {}
+        return Task(self.subtasks, self.chosen, episodes, self.events, **reassign)  # type: ignore[arg-type]
+
+
+AXES = tuple(f.name for f in fields(Cell))
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What learning came to in one cell.
+
+    Attributes:
+        episode: First episode whose mean accuracy reaches the level, None where none does.
+        expected_episode: The same of the analytic expectation; None too where tasks change or no closure is known.
+        final: Mean accuracy after the last episode, with half the width of its 95 % band.
+    """
+
+    cell: Cell
+    episode: int | None
+    expected_episode: int | None
+    final: float
+    final_half_width: float
+
+
+def grid(axes: Mapping[str, Sequence[float]], *, otherwise: Cell) -> list[Cell]:
+    """Return the cells of a full grid, sorted; axes that are not named stay as in ``otherwise``.
+
+    Where n varies and m does not, m keeps its share of n. Pairs with m outside 1 … n − 1 are left out.
+
+    Raises:
+        ValueError: An axis does not exist.
+    """
+    for name in axes:
+        if name not in AXES:
+            raise ValueError(f"{name!r} is no axis; allowed: {', '.join(AXES)}")
+    cells = set()
+    for values in itertools.product(*axes.values()):
+        chosen = {f.name: getattr(otherwise, f.name) for f in fields(Cell)} | dict(zip(axes, values, strict=True))
+        if "chosen" not in axes:
+            chosen["chosen"] = max(1, round(otherwise.chosen / otherwise.subtasks * chosen["subtasks"]))
+        whole = {name: int(chosen[name]) for name in ("events", "subtasks", "chosen", "period")}
+        if 1 <= whole["chosen"] < whole["subtasks"]:
+            cells.add(Cell(**(chosen | whole)))
+    return sorted(cells)
+
+
+def parts(cells: Sequence[Cell], count: int) -> list[list[Cell]]:
+    """Return the cells in up to ``count`` runs of like size, for as many workers; results do not depend on it."""
+    edges = np.linspace(0, len(cells), min(count, len(cells)) + 1).astype(int)
+    return [list(cells[a:b]) for a, b in itertools.pairwise(edges)]
+
+
+def run_cells(
+    cells: Sequence[Cell], kind: Kind | None, *, episodes: int, repetitions: int, seed: int, level: float = 0.8
+) -> list[Reached]:
+    """Return what learning comes to in each cell.
+
+    Cells with the same n and episode length share subtasks, assignments and decoder draws, so that the surface is
+    smooth; the draws depend on the seed and on these two alone.
+
+    Args:
+        cells: Points of the grid, best sorted.
+        kind: A learner; None: the paper's, with each cell's α.
+        episodes: Episodes to learn.
+        repetitions: Restarts a cell.
+        seed: Seed of the draws.
+        level: Accuracy to reach.
+    """
+    curves = _Curves(len(cells), episodes)
+    for _, group in itertools.groupby(enumerate(cells), key=lambda item: (item[1].events, item[1].subtasks)):
+        members = list(group)
+        for block in range(-(-repetitions // BLOCK)):
+            keep = min(BLOCK, repetitions - block * BLOCK)
+            store = _Draws(episodes, seed, block, keep)
+            for start in range(0, len(members), _COLUMNS // BLOCK):
+                some = members[start : start + _COLUMNS // BLOCK]
+                curves.add([i for i, _ in some], _learn([c for _, c in some], kind, store), keep)
+    expected = [None] * len(cells) if kind is not None else _expected(cells, episodes, level)
+    found = []
+    for i, cell in enumerate(cells):
+        mean, band = curves.of(i)
+        found.append(Reached(cell, first_at(mean, level), expected[i], float(mean[-1]), band))
+    return found
+
+
+class _Curves:
+    """Sums over repetitions, a row a cell."""
+
+    def __init__(self, cells: int, episodes: int) -> None:
+        self.total, self.square, self.n = np.zeros((cells, episodes)), np.zeros(cells), np.zeros(cells, int)
+
+    def add(self, rows: list[int], soft: np.ndarray, keep: int) -> None:
+        for k, row in enumerate(rows):
+            part = np.ascontiguousarray(soft[:, k * keep : (k + 1) * keep])
+            self.total[row] += part.sum(axis=1)
+            self.square[row] += float(part[-1] @ part[-1])
+            self.n[row] += keep
+
+    def of(self, row: int) -> tuple[np.ndarray, float]:
+        n = int(self.n[row])
+        mean = self.total[row] / n
+        variance = max(self.square[row] / n - mean[-1] ** 2, 0.0) * n / max(n - 1, 1)
+        return mean, 1.959964 * float(np.sqrt(variance / n))
+
+
+class _Draws:
+    """The draws of one block for each task, and what a decoder of some rate makes of them."""
+
+    def __init__(self, episodes: int, seed: int, block: int, keep: int) -> None:
+        self.episodes, self.seed, self.block, self.keep = episodes, seed, block, keep
+        self.tasks: dict[Task, Draws] = {}
+
+    def of(self, cell: Cell, evidence: bool) -> tuple[Draws, Heard]:
+        task = cell.task(self.episodes)
+        if task not in self.tasks:
+            if len(self.tasks) > 8:  # cells come sorted: old tasks do not come back
+                self.tasks.clear()
+            rng = np.random.default_rng([self.seed, *b"sweep", cell.events, cell.subtasks, self.block])
+            self.tasks[task] = draw(task, BLOCK, rng).first(self.keep)
+        draws = self.tasks[task]
+        # Coin flips need no generator: all their chance is in the draws.
+        heard = CoinFlips(Rates.level(cell.accuracy)).hear(draws, np.random.default_rng(0), evidence=evidence)
+        return draws, heard
+
+
+def _learn(cells: list[Cell], kind: Kind | None, store: _Draws) -> np.ndarray:
+    both = [store.of(c, kind is not None) for c in cells]
+    alpha, tau = (np.repeat([getattr(c, name) for c in cells], store.keep) for name in ("alpha", "tau"))
+    evidence = None if kind is None else [h.log_odds(kind.evidence) for _, h in both]
+
+    def paper(subtasks: int, columns: int) -> PaperLearner:
+        return PaperLearner(subtasks, columns, alpha=np.resize(alpha, columns))
+
+    make = paper if kind is None else kind.make
+    predicted = [h.predicted for _, h in both]
+    return learn(make, [d for d, _ in both], predicted, tau=tau if len(tau) > 1 else float(tau[0]), evidence=evidence)[
+        0
+    ]
+
+
+def _expected(cells: Sequence[Cell], episodes: int, level: float) -> list[int | None]:
+    found: list[int | None] = [None] * len(cells)
+    still = [(i, c) for i, c in enumerate(cells) if not c.period]
+    for _, group in itertools.groupby(still, key=lambda item: (item[1].events, item[1].subtasks)):
+        members = list(group)
+        for start in range(0, len(members), 200):
+            some = members[start : start + 200]
+            human = np.array([np.arange(c.subtasks) < c.chosen for _, c in some])
+            p = np.array(
+                [answer_probabilities(h, Rates.level(c.accuracy)) for h, (_, c) in zip(human, some, strict=True)]
+            )
+            alpha, tau = (np.array([getattr(c, name) for _, c in some]) for name in ("alpha", "tau"))
+            curves = expected_curves(some[0][1].task(episodes), human, p, alpha=alpha, tau=tau)
+            for (i, _), curve in zip(some, curves, strict=True):
+                found[i] = first_at(curve, level)
+    return found
+
+
+def columns(found: Sequence[Reached]) -> dict[str, np.ndarray]:
+    """Return the cells and what they reached as columns; a level that is not reached is nan."""
+    axes = np.array([astuple(r.cell) for r in found], float).reshape(-1, len(AXES)).T
+    table = dict(zip(AXES, axes, strict=True))
+    for name in ("episode", "expected_episode"):
+        values = [getattr(r, name) for r in found]
+        table[name] = np.array([np.nan if v is None else v for v in values], float)
+    return table | {name: np.array([getattr(r, name) for r in found]) for name in ("final", "final_half_width")}

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from hrcneuro.learning.learners import kinds
+from hrcneuro.learning.sweep import Cell, columns, grid, parts, run_cells
+
+BASE = Cell(events=10, subtasks=4, chosen=2, period=0, accuracy=57.0, alpha=0.05, tau=0.1)
+RUN = {"episodes": 40, "repetitions": 60, "seed": 1}
+
+
+def test_grid_is_full_sorted_and_possible():
+    cells = grid({"accuracy": (60, 55), "subtasks": (2, 4, 10)}, otherwise=BASE)
+    assert len(cells) == 6
+    assert cells == sorted(cells)
+    assert {(c.subtasks, c.chosen) for c in cells} == {(2, 1), (4, 2), (10, 5)}  # m keeps its share
+    some = grid({"subtasks": (2, 4), "chosen": (1, 3)}, otherwise=BASE)
+    assert {(c.subtasks, c.chosen) for c in some} == {(2, 1), (4, 1), (4, 3)}
+    assert grid({}, otherwise=BASE) == [BASE]
+    with pytest.raises(ValueError, match="'beta' is no axis; allowed: events"):
+        grid({"beta": (1,)}, otherwise=BASE)
+
+
+def test_workers_change_nothing():
+    cells = grid({"accuracy": (55, 70), "subtasks": (2, 4), "alpha": (0.05, 0.2), "period": (0, 10)}, otherwise=BASE)
+    whole = run_cells(cells, None, **RUN)
+    for count in (3, 5, 100):
+        split = parts(cells, count)
+        assert [c for part in split for c in part] == cells
+        assert [r for part in split for r in run_cells(part, None, **RUN)] == whole
+
+
+def test_a_better_decoder_is_faster_and_the_expectation_agrees():
+    cells = grid({"accuracy": (51, 58, 65, 80)}, otherwise=BASE)
+    found = run_cells(cells, None, episodes=60, repetitions=300, seed=3)
+    assert found[0].episode is None
+    assert found[0].expected_episode is None
+    episodes = [r.episode for r in found[1:]]
+    assert episodes == sorted(episodes, reverse=True)
+    for r in found[1:]:
+        assert r.expected_episode == pytest.approx(r.episode, abs=max(2, 0.15 * r.episode))
+
+
+def test_expectation_is_left_out_where_there_is_none():
+    kind = kinds(alpha=0.05, ddof=0, horizon=40)["adaptive"]
+    cells = grid({"accuracy": (80,), "period": (0, 10)}, otherwise=BASE)
+    assert [r.expected_episode is None for r in run_cells(cells, None, **RUN)] == [False, True]
+    assert [r.expected_episode is None for r in run_cells(cells, kind, **RUN)] == [True, True]
+
+
+def test_another_learner_can_be_swept():
+    kind = kinds(alpha=0.05, ddof=0, horizon=40)["bayes_graded"]
+    cell = [Cell(10, 4, 2, 0, 57.0, 0.05, 0.1)]
+    assert run_cells(cell, kind, **RUN)[0].final > run_cells(cell, None, **RUN)[0].final + 0.05
+
+
+def test_columns_are_flat_and_missing_is_nan():
+    found = run_cells(grid({"accuracy": (50, 80)}, otherwise=BASE), None, **RUN)
+    table = columns(found)
+    assert table["accuracy"].tolist() == [50, 80]
+    assert np.isnan(table["episode"]).tolist() == [True, False]
+    assert (table["final_half_width"] > 0).all()
