@@ -13,8 +13,8 @@ from hrcneuro.contract import plain
 from hrcneuro.errors import ConfigError, did_you_mean
 
 
-def render(settings: Settings, section: str = "", *, as_json: bool = False) -> str:
-    """Return the configuration, or one section of it.
+def render(settings: Settings, section: str = "", *, as_json: bool = False, origins: bool = True) -> str:
+    """Return the configuration, or one section of it, with or without the origin of each value.
 
     Raises:
         ConfigError: There is no such section.
@@ -28,7 +28,8 @@ def render(settings: Settings, section: str = "", *, as_json: bool = False) -> s
     chosen = {section: parts[section]} if section else parts
     if as_json:
         return json.dumps({"config": {k: _full(v) for k, v in chosen.items()}, "origins": settings.origins}, indent=1)
-    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, settings.origins)).strip()
+    told = settings.origins if origins else None
+    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, told)).strip()
 
 
 def toml_value(value: Any) -> str:
@@ -42,10 +43,11 @@ def toml_value(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _table(name: str, part: Any, origins: Mapping[str, str]) -> Iterator[str]:
+def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[str]:
     yield f"\n[{name}]"
     if not dataclasses.is_dataclass(part):
-        yield f"# {origins.get(name, 'default')}"
+        if origins is not None:
+            yield f"# {origins.get(name, 'default')}"
         yield from (f"{_key(k)} = {toml_value(plain(v))}" for k, v in part.items())
         return
     nested = []
@@ -59,9 +61,11 @@ def _table(name: str, part: Any, origins: Mapping[str, str]) -> Iterator[str]:
         limits = ", ".join(f.metadata.get("choices") or ())
         if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
             limits = allowed_range(f.name, f.metadata)
-        origin = origins.get(f"{name}.{f.name}", "default")
+        origin = origins.get(f"{name}.{f.name}", "default") if origins is not None else ""
         notes = "; ".join(note for note in (f.metadata.get("help", ""), limits, origin) if note)
-        yield f"{f.name} = {toml_value(plain(value))}  # {notes}"
+        # A published configuration says what, not where: each user's own places are left for them to fill in.
+        where = "# " if origins is None and f.metadata.get("location") else ""
+        yield f"{where}{f.name} = {toml_value(plain(value))}  # {notes}"
     for inner, value in nested:
         yield from _table(inner, value, origins)
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -126,9 +127,13 @@ class _named:
             ) from error
 
 
-def _quiet() -> warnings.catch_warnings:
-    # MNE warns of its naming conventions and of single precision; both are our choice.
-    return warnings.catch_warnings(action="ignore", category=RuntimeWarning)
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    with warnings.catch_warnings():
+        # MNE warns of its naming conventions and of single precision, both our choice, and of itself under pandas 3.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("ignore", DeprecationWarning)
+        yield
 
 
 def _blank_parts(path: Path) -> None:

@@ -130,5 +130,6 @@ def _array(values: Any, column: Column) -> pa.Array:
         strings = pa.array(items, type=pa.string())
         return strings.dictionary_encode() if column.type == "category" else strings
     if column.type == "float" or column.type == "float32":
-        return pa.array(series.to_numpy(dtype=float, na_value=np.nan), type=base)
+        # A number that does not exist is null, not NaN: other readers average over NaN without a word.
+        return pa.array(series.to_numpy(dtype=float, na_value=np.nan), type=base, from_pandas=True)
     return pa.array(series, type=base, from_pandas=True)
