@@ -88,18 +88,22 @@ def diagonal_exceptions(study: Study) -> float:
 
 
 def _left_own(moves: pd.DataFrame, study: Study) -> int:
+    plans = zip(moves["intended"], moves["target"], _human_directions(moves, study), strict=True)
+    return sum(plan not in target or plan in directions for plan, target, directions in plans)
+
+
+def _human_directions(moves: pd.DataFrame, study: Study) -> list[str]:
+    """Return the human's two directions in the block of each move, ``""`` where the block does not show them."""
     keys = ["subject", "practice", "block"]
-    human = moves[keys].merge(study.blocks[[*keys, "directions"]], on=keys, how="left")["directions"].to_numpy()
-    plans = zip(moves["intended"], moves["target"], human, strict=True)
-    return sum(plan not in target or plan in (directions or "") for plan, target, directions in plans)
+    known = moves[keys].merge(study.blocks[[*keys, "directions"]], on=keys, how="left")["directions"]
+    return known.fillna("").tolist()
 
 
 def foreign_keys(study: Study) -> float:
     """Return the number of keys in iC that command one of the robot's directions."""
     moves = study.moves[(study.moves["actor"] == "human") & (study.moves["scenario"] == "iC")]
-    keys = ["subject", "practice", "block"]
-    own = moves[keys].merge(study.blocks[[*keys, "directions"]], on=keys, how="left")["directions"].to_numpy()
-    return sum(isinstance(ways, str) and key not in ways for key, ways in zip(moves["intended"], own, strict=True))
+    keys = zip(moves["intended"], _human_directions(moves, study), strict=True)
+    return sum(directions != "" and key not in directions for key, directions in keys)
 
 
 def areas_too_large(study: Study) -> float:
@@ -227,7 +231,7 @@ def border_share(study: Study) -> float:
 
 def pairs(study: Study, *, scenario: str, case: str) -> float:
     """Return the mean number a subject of pairs that count."""
-    return count_pairs(study.moves).loc[scenario, case] / study.subjects
+    return int(count_pairs(study.moves)[case].to_dict()[scenario]) / study.subjects
 
 
 def after_error(study: Study, *, scenario: str, case: str) -> float:

@@ -1,0 +1,147 @@
+"""Every rule of the experiment on logs and simulations, and the checker itself on studies that break one."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.paradigm.conditions import annotate
+from hrcneuro.paradigm.retrace import retrace
+from hrcneuro.paradigm.rules import check_rules
+from hrcneuro.paradigm.session import SessionParams, simulate_session
+
+
+def failed(tables):
+    verdicts = check_rules(tables)
+    return verdicts["rule"][~verdicts["ok"]].tolist()
+
+
+def test_a_simulated_study_keeps_every_rule(study):
+    verdicts = check_rules(study)
+    assert list(verdicts) == ["rule", "measured", "target", "ok"]
+    assert not verdicts[~verdicts["ok"]].to_dict("records")
+    assert verdicts["rule"].is_unique
+    assert len(verdicts) > 60
+
+
+def test_the_published_logs_keep_every_rule(logs):
+    verdicts = check_rules(logs)
+    assert not verdicts[~verdicts["ok"]].to_dict("records")
+
+
+def test_what_was_retraced_from_the_logs(logs):
+    study = retrace(logs)
+    paths = study.episodes
+    assert (len(study.moves), len(paths), len(study.blocks)) == (27310, 1992, 168)
+    assert paths["turns"].value_counts().to_dict() == {1: 678, 2: 661, 3: 653}
+    assert paths["steps"].value_counts().to_dict() == {7: 1401, 8: 395, 9: 196}
+    assert paths["border"].sum() == 95
+    assert sorted(study.blocks["directions"].value_counts()) == [8, 11, 12, 16, 18, 19]
+    owner, diagonal = study.moves["owner"], study.moves["target"].str.len() == 2
+    assert owner[diagonal].value_counts().to_dict() == {"split": 1432, "human": 396, "robot": 304}
+
+
+def changed(study, edit, *, subjects=12):
+    """The study with an edit of a copy of each table."""
+    tables = {}
+    for subject, trials in list(study.items())[:subjects]:
+        copy = trials.copy()
+        tables[subject] = edited if (edited := edit(copy)) is not None else copy
+    return {subject: annotate(trials) for subject, trials in tables.items()}
+
+
+def swap(trials, column, where, values):
+    trials.loc[trials.index[where.to_numpy().nonzero()[0][:1]], column] = values
+
+
+def double_error(trials):
+    swap(trials, "error", trials["prev_error"], True)
+
+
+def other_actor_sc(trials):
+    swap(trials, "actor", (trials["scenario"] == "sC") & (trials["actor"] == "human") & ~trials["practice"], "robot")
+
+
+def other_actor_ic(trials):
+    straight = (trials["scenario"] == "iC") & (trials["target"].str.len() == 1)
+    swap(trials, "actor", straight & (trials["actor"] == "human"), "robot")
+
+
+def other_target(trials):
+    swap(trials, "target", trials["target"] == "N", "S")
+
+
+def other_tile(trials):
+    swap(trials, "row", (trials["row"] == 3) & (trials["trial"] > 2), 5)
+
+
+def robot_elsewhere(trials):
+    free = (trials["scenario"] == "sC") & (trials["actor"] == "robot") & (trials["target"] == "NE") & ~trials["error"]
+    swap(trials, ["intended", "executed"], free, "E")
+
+
+def cut_short(trials):
+    return trials.iloc[:-1]
+
+
+def wrong_first_key(trials):
+    swap(trials, "key_wrong", (trials["trial"] == 0) & (trials["actor"] == "human"), True)
+
+
+def late_onset(trials):
+    trials["onset_s"] = trials["onset_s"] * 1.1
+
+
+def same_onset(trials):
+    trials.loc[trials.index[5], "onset_s"] = trials["onset_s"].iloc[6]
+
+
+def slow_arm(trials):
+    trials.loc[trials.index[5], "t_f_s"] = 1.3
+
+
+@pytest.mark.parametrize(
+    ("edit", "rule"),
+    [
+        (double_error, "errors right after an error"),
+        (other_actor_sc, "sC: moves not by the owner of the tile"),
+        (other_actor_ic, "iC: straight moves not by the owner of their direction"),
+        (other_target, "targets that do not point to the pending tile"),
+        (other_tile, "moves whose tile does not follow from their direction"),
+        (robot_elsewhere, "free diagonals on which the robot leaves its fixed way"),
+        (cut_short, "episodes that do not end on the goal tile"),
+        (wrong_first_key, "wrong keys on an episode's first move"),
+        (late_onset, "sC: onset to onset, mean (s)"),
+        (same_onset, "onsets that do not come after the one before"),
+        (slow_arm, "moves whose t_f is not in 0.6 … 1.2 s"),
+    ],
+)
+def test_a_single_broken_move_is_seen(study, edit, rule):
+    assert rule in failed(changed(study, edit, subjects=3))
+
+
+@pytest.mark.parametrize(
+    ("params", "rule"),
+    [
+        (SessionParams(error_rate=0.25), "error rate after no error, main blocks"),
+        (SessionParams(wrong_key_rate=0.1), "share of wrong keys"),
+        (SessionParams(undo_rate=0.5), "free diagonals on which the human takes an error back"),
+    ],
+)
+def test_another_habit_is_seen(params, rule):
+    tables = {f"s{i:02d}": simulate_session(params, rng=np.random.default_rng([5, i])) for i in range(4)}
+    assert rule in failed(tables)
+
+
+def test_torn_areas_are_seen(study):
+    trials = next(iter(study.values())).copy()
+    block = (trials["scenario"] == "sC") & ~trials["practice"]
+    # A stripe of the human's through the middle of the grid parts the robot's area.
+    before = retrace({"s01": trials}).moves["before_row"].to_numpy()
+    trials.loc[block, "actor"] = np.where(before[block] == 3, "human", "robot")
+    assert "sC: areas in pieces or above 30 tiles" in failed({"s01": annotate(trials)})
+
+
+def test_logs_without_times_are_not_asked_for_them(study):
+    plain = {"s01": study["s01"].drop(columns=["onset_s", "t_f_s"]).assign(soa_s=np.nan)}
+    assert not any("onset" in rule for rule in check_rules(plain)["rule"])
+    assert isinstance(check_rules(plain), pd.DataFrame)
