@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import nan, sqrt
+from math import inf, nan, sqrt
 from types import TracebackType
 
 from hrcneuro.robot import record
@@ -17,7 +17,7 @@ from hrcneuro.robot.limits import FATAL, INVALID, Limits
 from hrcneuro.robot.record import Recorder
 from hrcneuro.robot.safety import Supervisor, Trip
 from hrcneuro.robot.tracking import ResolvedRate
-from hrcneuro.robot.trajectory import Bounds, Path, Stop
+from hrcneuro.robot.trajectory import Bounds, Motion, Path, Stop
 
 _ZERO = [0.0] * 6
 _NOWHERE = (nan, nan, nan)
@@ -34,10 +34,11 @@ class Track:
     start: float
     onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
     end: float
+    motion: Motion | None = None  # of the reference in the next cycle, where another path takes over without rest
 
 
 class Loop:
-    """Drives one arm; a context manager, so that leaving it stops the arm."""
+    """Drives one arm; a context manager, so that leaving it stops the arm and lets go of it."""
 
     def __init__(
         self,
@@ -79,7 +80,10 @@ class Loop:
                 self.stops += kind is not None
                 self.halt()
         finally:
-            self._arm.stop(_BRAKE)
+            try:
+                self._arm.stop(_BRAKE)
+            finally:
+                self._arm.close()
 
     def now(self) -> float:
         """Return the time of the cycle to come."""
@@ -106,8 +110,9 @@ class Loop:
         settle: float = 8e-5,
         radius: float = 2e-3,
         patience: float = 0.5,
+        handover: float = inf,
     ) -> Track:
-        """Move the tip along ``path`` and return once it has arrived; the last command is zero.
+        """Move the tip along ``path`` and return once it has arrived and rests, or hands over to the next path.
 
         Args:
             path: Tip positions in ``base``.
@@ -115,11 +120,14 @@ class Loop:
             settle: The tip has arrived within this distance of the end, metres …
             radius: … or, after ``patience`` seconds more, within this one.
             patience: How long to wait for the settling, seconds.
+            handover: From this time on, return as soon as the tip is within ``radius`` of the end, still moving: the
+                caller follows another path from ``Track.motion`` at once.
 
         Raises:
             Stopped: The tip did not arrive, a limit or the supervisor ended the move; the arm has been stopped.
         """
         first, start, onset, law, lead = len(self.record), nan, nan, self._law, self.lead
+        goal, _ = path.at(path.duration)
         while True:
             now, state = self._begin()
             if start != start:
@@ -141,6 +149,11 @@ class Loop:
                 onset = now
                 if move >= 0 and self._on_onset is not None:
                     self._on_onset(now, move)
+            if self._next >= handover - 1e-9:
+                off = sqrt(sum((g - a + e) ** 2 for g, a, e in zip(goal, at, (ex, ey, ez), strict=True)))
+                if off <= radius:
+                    motion = path.state(self._next - start)
+                    return Track(first, len(self.record), start, onset, now, motion)
 
     def follow_joints(self, path: Path, *, patience: float = 1.0, settle: float = 1e-3) -> None:
         """Move the joints along ``path`` (radians) until each is within ``settle`` of its goal.

@@ -90,7 +90,6 @@ def _measure(
     off = np.linalg.norm(at - telemetry.reference[rows], axis=1)
     way = goal - start
     progress = (at - start) @ way / (way @ way)
-    onset = fit_onset(time, progress, one.move.t_f)
     qdd = np.abs(np.diff(telemetry.qd[rows], axis=0)) / PERIOD
     return {
         "max_error_mm": 1e3 * off.max(),
@@ -102,7 +101,7 @@ def _measure(
         "peak_qd_rad_s": float(np.abs(telemetry.qd[rows]).max()),
         "peak_qdd_rad_s2": float(qdd.max()) if len(qdd) else np.nan,
         "jerk_cost": PERIOD * jerk[rows].sum() / minimum_jerk_cost(float(np.linalg.norm(way)), one.move.t_f),
-        "trigger_latency_ms": 1e3 * onset,
+        "trigger_latency_ms": np.nan if one.flowed else 1e3 * fit_onset(time, progress, one.move.t_f),
     }
 
 

@@ -14,7 +14,7 @@ from hrcneuro.robot.cell import GRID
 from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.loop import Loop, Track
 from hrcneuro.robot.plan import Move
-from hrcneuro.robot.trajectory import BoundedPath, Bounds, TileMove
+from hrcneuro.robot.trajectory import BoundedPath, Bounds, Motion, MovingStart, Path, TileMove
 from hrcneuro.robot.workspace import DOWN, Workspace
 
 # A tool within half a degree of vertical is righted by the tracking law without a jolt.
@@ -29,6 +29,7 @@ class Pace:
     homing: Bounds  # rad
     pause: float = 0.5  # at the start tile, before an episode
     longest_gap: float = 5.0  # a longer gap of the log is cut to this
+    in_radius: bool = False  # the next motion starts within the radius, on the move; else when this one has ended
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Done:
     index: int
     move: Move
     track: Track
+    flowed: bool = False  # it took over from the move before without rest, so it does not begin as Eq 2 does
 
 
 def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
@@ -68,6 +70,7 @@ def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
     goal = workspace.home_position()
     lifted = (float(tip[0]), float(tip[1]), max(float(tip[2]), goal[2]))
     for start, end in ((tip.tolist(), lifted), (lifted, goal)):
+        workspace.check_way(start, end, near=q)
         loop.follow(BoundedPath(start, end, pace.approach), phase=record.HOME, radius=workspace.cell.radius)
 
 
@@ -84,7 +87,9 @@ def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = 0.9) -> float:
 
 def approach(loop: Loop, workspace: Workspace, tile: tuple[int, int], *, pace: Pace, here: Sequence[float]) -> None:
     """Bring the tip from ``here`` (x, y, z) over ``tile`` in a straight line."""
-    path = BoundedPath(here, workspace.position(*tile), pace.approach)
+    goal = workspace.position(*tile)
+    workspace.check_way(here, goal, near=workspace.reach.q[workspace.tile(here)])
+    path = BoundedPath(here, goal, pace.approach)
     loop.follow(path, phase=record.APPROACH, radius=workspace.cell.radius)
 
 
@@ -114,25 +119,44 @@ def run_session(
     tile = (GRID // 2, GRID // 2)
     approach(loop, workspace, tile, pace=pace, here=workspace.home_position())
     loop.lead = find_lead(loop, workspace) if lead is None else lead
-    due = -np.inf
+    due, motion = -np.inf, None
     for index, move in enumerate(moves):
         here = workspace.position(*move.start)
         if move.first:
             if tile != move.start:
                 approach(loop, workspace, move.start, pace=pace, here=workspace.position(*tile))
             due = loop.now() + pace.pause
-        loop.rest(due, at=here)
-        track = dwell(loop, move, here, index) if move.dwells else tile_move(loop, workspace, move, index)
+        if motion is None:
+            loop.rest(due, at=here)
+        gap = min(move.gap, pace.longest_gap) if isfinite(move.gap) else -np.inf
+        follower = moves[index + 1] if index + 1 < len(moves) else None
+        flows = pace.in_radius and follower is not None and not follower.first and not follower.dwells
+        if move.dwells:
+            track = dwell(loop, move, here, index)
+        else:
+            track = tile_move(
+                loop, workspace, move, index, motion=motion, handover=loop.now() + gap if flows else np.inf
+            )
+        on_done(Done(index, move, track, flowed=motion is not None))
         onset = track.onset if isfinite(track.onset) else track.start
-        due = onset + min(move.gap, pace.longest_gap) if isfinite(move.gap) else -np.inf
-        tile = move.end
-        on_done(Done(index, move, track))
+        due, motion, tile = onset + gap, track.motion, move.end
 
 
-def tile_move(loop: Loop, workspace: Workspace, move: Move, index: int) -> Track:
-    """Follow one tile move by Eq 1–2."""
-    path = TileMove(workspace.position(*move.start), workspace.position(*move.end), move.t_f)
-    return loop.follow(path, phase=record.MOVE, move=index, radius=workspace.cell.radius)
+def tile_move(
+    loop: Loop,
+    workspace: Workspace,
+    move: Move,
+    index: int,
+    *,
+    motion: Motion | None = None,
+    handover: float = np.inf,
+) -> Track:
+    """Follow one tile move by Eq 1–2, or from ``motion`` where it takes over from the move before."""
+    end = workspace.position(*move.end)
+    path: Path = TileMove(workspace.position(*move.start), end, move.t_f)
+    if motion is not None:
+        path = MovingStart(motion, end, move.t_f)
+    return loop.follow(path, phase=record.MOVE, move=index, radius=workspace.cell.radius, handover=handover)
 
 
 def dwell(loop: Loop, move: Move, here: Sequence[float], index: int) -> Track:

@@ -19,6 +19,9 @@ from hrcneuro.errors import StageError
 Vector = Sequence[float]
 
 
+Motion = tuple[Vector, Vector, Vector]  # position, velocity, acceleration
+
+
 class Path(Protocol):
     """What the loop follows: tip positions or joint angles."""
 
@@ -26,6 +29,9 @@ class Path(Protocol):
 
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return position and velocity at ``t`` seconds after the start."""
+
+    def state(self, t: float) -> Motion:
+        """Return position, velocity and acceleration at ``t``: what a path that takes over starts from."""
 
 
 def minimum_jerk(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -67,6 +73,43 @@ class TileMove:
         (x, y, z), (dx, dy, dz) = self._start, self._way
         return (x + s * dx, y + s * dy, z + s * dz), (rate * dx, rate * dy, rate * dz)
 
+    def state(self, t: float) -> Motion:
+        """Return position, velocity and acceleration at ``t`` seconds."""
+        u = min(max(t / self.duration, 0.0), 1.0)
+        bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / self.duration**2
+        return *self.at(t), tuple(bend * v for v in self._way)
+
+
+class MovingStart:
+    """The quintic of least jerk from a tip in motion to rest: a tile move that takes over from the one before."""
+
+    def __init__(self, motion: Motion, end: Vector, duration: float) -> None:
+        """Fix where the tip is and how it moves (m, m/s, m/s²), where it comes to rest, and the duration, seconds."""
+        self.duration = t_f = float(duration)
+        # Of each axis: p(t) = c0 + c1 t + … + c5 t⁵ with p, p', p'' given at 0 and at t_f.
+        self._axes = []
+        for x, v, a, goal in zip(*motion, end, strict=True):
+            d = goal - x
+            c3 = (20.0 * d - 12.0 * v * t_f - 3.0 * a * t_f**2) / (2.0 * t_f**3)
+            c4 = (-30.0 * d + 16.0 * v * t_f + 3.0 * a * t_f**2) / (2.0 * t_f**4)
+            c5 = (12.0 * d - 6.0 * v * t_f - a * t_f**2) / (2.0 * t_f**5)
+            self._axes.append((x, v, 0.5 * a, c3, c4, c5))
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Return position (m) and velocity (m/s) at ``t`` seconds."""
+        position, velocity, _ = self.state(t)
+        return position, velocity
+
+    def state(self, t: float) -> Motion:
+        """Return position, velocity and acceleration at ``t`` seconds."""
+        t = min(max(t, 0.0), self.duration)
+        p, v, a = [], [], []
+        for c0, c1, c2, c3, c4, c5 in self._axes:
+            p.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
+            v.append(c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
+            a.append(2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)))
+        return p, v, a
+
 
 @dataclass(frozen=True)
 class Bounds:
@@ -107,8 +150,8 @@ class BoundedPath:
         position, velocity, _ = self._path.at_time(min(max(t, 0.0), self.duration))
         return position, velocity
 
-    def state(self, t: float) -> tuple[Vector, Vector, Vector]:
-        """Return position, velocity and acceleration at ``t`` seconds: what retargeting starts from."""
+    def state(self, t: float) -> Motion:
+        """Return position, velocity and acceleration at ``t`` seconds."""
         return self._path.at_time(min(max(t, 0.0), self.duration))
 
 

@@ -6,6 +6,7 @@ the subject's left, lies to the arm's right. The arm looks along −x of its fra
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,16 +60,49 @@ class Workspace:
         x = -(self.cell.near_edge + (row + 0.5) * self.cell.tile)
         return x, -self.cell.sideways + ((GRID - 1) / 2 - col) * self.cell.tile, self.height
 
-    def tile(self, position: np.ndarray) -> tuple[int, int]:
+    def tile(self, position: Sequence[float] | np.ndarray) -> tuple[int, int]:
         """Return (row, column) of the tile nearest to a tip position (x, y, …) in ``base``."""
         row = (-float(position[0]) - self.cell.near_edge) / self.cell.tile - 0.5
         col = (GRID - 1) / 2 - (float(position[1]) + self.cell.sideways) / self.cell.tile
         return int(np.clip(np.rint(row), 0, GRID - 1)), int(np.clip(np.rint(col), 0, GRID - 1))
 
-    def inside(self, position: np.ndarray) -> bool:
+    def inside(self, position: Sequence[float] | np.ndarray) -> bool:
         """Return whether a tip position lies in the keep-inside box."""
         low, high = self.box
         return all(a <= float(v) <= b for a, v, b in zip(low, position, high, strict=True))
+
+    def check_way(self, start: Sequence[float], end: Sequence[float], *, near: np.ndarray) -> None:
+        """Refuse a straight way of the tip that leads out of the box or too near a singularity.
+
+        Args:
+            start, end: Tip positions (x, y, z) in ``base``, metres.
+            near: Joint angles near the start, shape (6,).
+
+        Raises:
+            ConfigError: Names the place and what is wrong with it.
+        """
+        q = near
+        for share in np.linspace(0.0, 1.0, 9):
+            place = tuple((1 - share) * a + share * b for a, b in zip(start, end, strict=True))
+            at = "({:.3f}, {:.3f}, {:.3f}) m".format(*place)
+            if not self.inside(place):
+                raise ConfigError(
+                    f"the way leads through {at}, outside the keep-inside box", cure="widen the box in robot.cell"
+                )
+            try:
+                q = kinematics.inverse(pose(place), q, tool=self.cell.tool)
+            except kinematics.Unreachable as error:
+                raise ConfigError(
+                    f"the way leads through {at}, which the arm does not reach: {error}",
+                    cure="bring the cell nearer to the arm (robot.cell)",
+                ) from error
+            least = float(np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)[-1])
+            if least < self.cell.min_singular_value:
+                raise ConfigError(
+                    f"the way leads through {at}, where the smallest singular value of the Jacobian is {least:.3f}; at "
+                    f"least {self.cell.min_singular_value} is asked for",
+                    cure="move the cell away from the arm's singular region (robot.cell)",
+                )
 
     def home(self) -> np.ndarray:
         """Return the joint angles of the home position above the grid's centre, shape (6,), radians."""

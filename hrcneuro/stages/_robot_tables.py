@@ -55,6 +55,7 @@ MOVES = Table(
         "start_col": Column("int", "tiles", "tile before the move"),
         "row": Column("int", "tiles", "tile after the move"),
         "col": Column("int", "tiles", "tile after the move"),
+        "flowed": Column("bool", "", "took over from the move before within the radius, without rest"),
         "clamped": Column("bool", "", "the grid's edge stopped the move: the arm dwelt"),
         "t_f_s": Column("float", "s", "duration asked for"),
         "onset_s": Column("float", "s", "first non-zero command (the marker), from the session's start"),
@@ -68,7 +69,9 @@ MOVES = Table(
         "peak_qd_rad_s": Column("float", "rad/s", "greatest joint velocity"),
         "peak_qdd_rad_s2": Column("float", "rad/s^2", "greatest joint acceleration"),
         "jerk_cost": Column("float", "", "integrated squared jerk of the tip over Eq 1-2's own, 720 d^2 / t_f^5"),
-        "trigger_latency_ms": Column("float", "ms", "marker to the onset of the measured motion (Eq 2 fitted)"),
+        "trigger_latency_ms": Column(
+            "float", "ms", "marker to the onset of the measured motion (Eq 2 fitted); null in a flow"
+        ),
         "behind_log_ms": Column("float", "ms", "onset interval from the move before, less the log's"),
     },
 )
@@ -135,6 +138,7 @@ def moves(done: Sequence[Done], figures: Mapping[str, np.ndarray]) -> pd.DataFra
             "start_col": one.move.start[1],
             "row": one.move.end[0],
             "col": one.move.end[1],
+            "flowed": one.flowed,
             "clamped": one.move.dwells,
             "t_f_s": one.move.t_f,
             "onset_s": one.track.onset if np.isfinite(one.track.onset) else one.track.start,

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.errors import HardwareError
 from hrcneuro.robot.cell import Cell
 
 if TYPE_CHECKING:
     from hrcneuro.robot.backend import Backend, Clock
     from hrcneuro.robot.loop import Loop
-    from hrcneuro.robot.plan import Move
     from hrcneuro.robot.session import Done, Pace
     from hrcneuro.robot.workspace import Workspace
 
@@ -38,6 +38,10 @@ class Config:
     t_f_range_s: tuple[float, ...] = option((0.6, 1.2), "where the log has onsets only, durations lie within", unit="s",
                                             low=0.05, high=5.0)  # fmt: skip
     t_f_default_s: float = option(0.9, "where the log has no times", unit="s", low=0.05, high=5.0)
+    start_next: str = option(
+        "at_rest", "when the next motion starts: once this one has ended, or within the radius, on the move",
+        choices=("at_rest", "in_radius"),
+    )  # fmt: skip
     pause_s: float = option(0.5, "rest on the start tile before an episode", unit="s", low=0.0, high=60.0)
     longest_gap_s: float = option(5.0, "a longer gap between onsets is cut to this", unit="s", low=0.0, high=600.0)
     gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
@@ -99,17 +103,19 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     try:
         with loop:
             run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
-    except BaseException:
+    except BaseException as error:
         # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
         if len(loop.record):
             folder = Path(config.rescue_folder) / inputs.unit
             folder.mkdir(parents=True, exist_ok=True)
-            _write(loop, done, moves, workspace, folder)
+            _write(loop, done, workspace, folder)
+            if isinstance(error, HardwareError):
+                raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
         raise
-    return _write(loop, done, moves, workspace, out)
+    return _write(loop, done, workspace, out)
 
 
-def _write(loop: Loop, done: list[Done], moves: list[Move], workspace: Workspace, out: Path) -> dict[str, Any]:
+def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dict[str, Any]:
     from hrcneuro.io.tables import write_table
     from hrcneuro.robot.measure import measure_moves, timing, tip
     from hrcneuro.stages import _robot_figures, _robot_tables
@@ -161,4 +167,10 @@ def _pace(config: Config) -> Pace:
 
     approach = Bounds(config.approach_speed, config.approach_acceleration, config.approach_jerk)
     homing = Bounds(config.homing_speed, config.homing_acceleration, config.homing_jerk)
-    return Pace(approach=approach, homing=homing, pause=config.pause_s, longest_gap=config.longest_gap_s)
+    return Pace(
+        approach=approach,
+        homing=homing,
+        pause=config.pause_s,
+        longest_gap=config.longest_gap_s,
+        in_radius=config.start_next == "in_radius",
+    )

@@ -1,15 +1,18 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
-from hrcneuro.errors import HardwareError
+from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.robot import record
+from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.measure import fit_onset, measure_moves, timing, tip
 from hrcneuro.robot.plan import Move
 from hrcneuro.robot.session import Pace, find_lead, go_home, run_session
 from hrcneuro.robot.trajectory import Bounds, minimum_jerk
-from hrcneuro.robot.workspace import DOWN
+from hrcneuro.robot.workspace import DOWN, Workspace
 
 PACE = Pace(approach=Bounds(0.25, 1.0, 10.0), homing=Bounds(0.5, 1.0, 10.0), pause=0.1)
 
@@ -18,10 +21,10 @@ def move(start, end, *, first=False, t_f=0.7, gap=np.nan) -> Move:
     return Move("iC", False, 1, 1, 0, start, end, first, t_f, gap)
 
 
-def session(make_loop, workspace, moves, **changes):
+def session(make_loop, workspace, moves, *, pace=PACE, **changes):
     loop, done = make_loop(workspace.home(), **changes), []
     with loop:
-        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_done=done.append)
+        run_session(loop, workspace, moves, lead=0.027, pace=pace, on_done=done.append)
     telemetry = loop.record.telemetry()
     return loop, done, telemetry, tip(telemetry, tool=0.1)
 
@@ -105,6 +108,46 @@ def test_a_session_replays_the_log_at_its_pace(make_loop, workspace):
     approach = telemetry.phase == record.APPROACH
     assert np.nanmax(np.linalg.norm(at.position - telemetry.reference, axis=1)[approach]) < 2e-3
     assert np.abs(at.position[approach & (telemetry.time > onsets[0]), 2] - workspace.height).max() < 8e-4
+
+
+def test_in_radius_the_moves_flow_into_each_other(make_loop, workspace):
+    moves = [
+        move((3, 3), (3, 4), first=True),
+        move((3, 4), (4, 4)),
+        move((4, 4), (4, 4)),
+        move((4, 4), (5, 4), gap=1.5),
+        move((5, 4), (5, 3)),
+    ]
+    pace = dataclasses.replace(PACE, in_radius=True)
+    _, done, telemetry, at = session(make_loop, workspace, moves, pace=pace)
+    assert [one.flowed for one in done] == [False, True, False, False, False]
+    first, second = done[0].track, done[1].track
+    assert second.first == first.last
+    assert second.onset - first.onset == pytest.approx(0.846 * 0.7, abs=0.02)
+    handover = slice(first.last - 5, second.first + 5)
+    assert np.abs(np.diff(telemetry.command[handover], axis=0)).max() / 0.008 < 6.0
+    assert telemetry.command[first.last - 1].any()
+    # The log's own gap is kept where it is longer than the way into the radius.
+    assert done[4].track.onset - done[3].track.onset == pytest.approx(1.5, abs=0.0081)
+    found = measure_moves(done, telemetry, at, workspace)
+    assert np.isnan(found["trigger_latency_ms"]).tolist() == [False, True, True, False, False]
+    assert 0.5 < found["end_error_mm"][0] <= 2.0
+    assert found["end_error_mm"][1] <= 0.1
+    assert np.nanmax(found["max_error_mm"]) < 1.0
+
+
+def test_a_way_through_a_singular_region_is_refused(workspace):
+    inside = workspace.position(3, 3)
+    workspace.check_way(inside, workspace.position(6, 6), near=workspace.reach.q[3, 3])
+    with pytest.raises(ConfigError, match=r"through \(-1\.314, .*outside the keep-inside box"):
+        workspace.check_way(inside, (-1.5, 0.0, 0.0), near=workspace.reach.q[3, 3])
+    wide = Workspace(Cell(margin=0.5, ceiling=1.5, min_singular_value=0.1))
+    with pytest.raises(ConfigError, match=r"value of the Jacobian is 0\.0\d+; at least 0\.1 is"):
+        wide.check_way(inside, (-1.30, 0.0, -0.05), near=wide.reach.q[3, 3])
+    with pytest.raises(ConfigError, match=r"through \(-1\.275, .*does not reach"):
+        Workspace(Cell(margin=0.5, ceiling=1.5, min_singular_value=0.0)).check_way(
+            (-1.2, 0.0, 0.3), (-1.5, 0.0, 0.3), near=wide.reach.q[6, 3]
+        )
 
 
 def test_a_stopped_session_keeps_what_it_has(make_loop, workspace):

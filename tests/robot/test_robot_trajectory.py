@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.errors import StageError
-from hrcneuro.robot.trajectory import BoundedPath, Bounds, Stop, TileMove, minimum_jerk, minimum_jerk_cost
+from hrcneuro.robot.trajectory import BoundedPath, Bounds, MovingStart, Stop, TileMove, minimum_jerk, minimum_jerk_cost
 
 APPROACH = Bounds(0.25, 1.0, 10.0)
 
@@ -59,6 +59,35 @@ def test_a_tile_move_follows_equation_1():
         s, rate, _, _ = minimum_jerk(np.float64(t / 0.8))
         assert np.allclose(at, (0.1 + 0.07 * s, -0.2, 0.3), atol=1e-15)
         assert np.allclose(v, (0.07 * rate / 0.8, 0, 0), atol=1e-15)
+
+
+@pytest.mark.parametrize("t", [0.0, 0.2, 0.45, 0.9])
+def test_states_are_derivatives(t):
+    move = TileMove((0.1, -0.2, 0.3), (0.17, -0.2, 0.3), 0.9)
+    taken = MovingStart(move.state(0.8), (0.17, -0.13, 0.3), 0.9)
+    for path in (move, taken):
+        h = 1e-6
+        position, velocity, acceleration = path.state(t)
+        assert path.at(t) == (position, velocity)
+        if 0 < t < 0.9:
+            low, high = path.at(t - h), path.at(t + h)
+            assert np.allclose(np.subtract(high[0], low[0]) / (2 * h), velocity, atol=1e-8)
+            assert np.allclose(np.subtract(high[1], low[1]) / (2 * h), acceleration, atol=1e-7)
+
+
+def test_a_move_that_takes_over_is_continuous_and_ends_at_rest():
+    motion = TileMove((0.1, -0.2, 0.3), (0.17, -0.2, 0.3), 0.9).state(0.8)
+    taken = MovingStart(motion, (0.17, -0.13, 0.3), 0.7)
+    assert np.allclose(taken.state(0.0), motion, atol=1e-15)
+    assert np.allclose(taken.state(0.7), ((0.17, -0.13, 0.3), (0, 0, 0), (0, 0, 0)), atol=1e-12)
+    assert np.allclose(taken.state(9.0), taken.state(0.7))
+
+
+def test_from_rest_it_is_equation_1():
+    start, end = (0.1, -0.2, 0.3), (0.17, -0.2, 0.3)
+    taken, move = MovingStart((start, (0.0,) * 3, (0.0,) * 3), end, 0.8), TileMove(start, end, 0.8)
+    for t in np.linspace(0, 0.8, 9):
+        assert np.allclose(taken.state(t), move.state(t), atol=1e-12)
 
 
 def test_an_approach_is_straight_and_within_bounds():
