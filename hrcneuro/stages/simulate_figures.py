@@ -15,21 +15,11 @@ from matplotlib.patches import Patch
 
 from hrcneuro.learning.milestones import first_at
 from hrcneuro.learning.simulations import Curve, Variant
+from hrcneuro.stages import figure_style
 
-STYLE: dict[Any, Any] = {
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 7,
-    "figure.constrained_layout.use": True,
-}
+STYLE = {**figure_style.STYLE, "axes.titlesize": 8, "figure.constrained_layout.use": True}
+GREY = figure_style.GREY
 EMPIRICAL = "#D55E00"  # vermilion: the curve that counts; the levels are ordered, so their colours are a ramp
-GREY = "#767676"
 
 _TOP = (
     ("A", "SIM1", "empirical decoder"),
