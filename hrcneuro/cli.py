@@ -1,4 +1,4 @@
-"""The command line: declarations only. What a command does is loaded when it runs, so that ``--help`` answers at once."""
+"""The command line: declarations only. What a command does loads when it runs, so that ``--help`` answers at once."""
 
 from __future__ import annotations
 

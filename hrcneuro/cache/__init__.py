@@ -1,1 +1,1 @@
-"""A content-hashed store of stage results: keys, lookup, publish, verify, why, gc. It knows nothing of EEG or robots."""
+"""A content-hashed store of stage results: keys, lookup, publish, verify, why, gc. It knows nothing of this study."""

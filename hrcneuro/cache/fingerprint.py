@@ -8,11 +8,12 @@ import importlib.metadata
 import json
 import os
 import sys
+import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-_CHUNK = 1 << 20
+_SETTLED_NS = 2_000_000_000
 
 
 def digest(value: Any) -> str:
@@ -34,9 +35,10 @@ class Memo:
         self.path = path
         self.changed = False
         try:
-            self.known: dict[str, Any] = json.loads(path.read_text())
+            known = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            self.known = {}
+            known = {}
+        self.known: dict[str, Any] = known if isinstance(known, dict) else {}
 
     def get(self, kind: str, path: Path, compute: Any) -> Any:
         """Return ``compute(path)``, from memory where the file is unchanged."""
@@ -44,10 +46,14 @@ class Memo:
         stamp = [stat.st_size, stat.st_mtime_ns, stat.st_ino]
         name = f"{kind}:{path.absolute()}"
         entry = self.known.get(name)
-        if entry is None or entry[0] != stamp:
-            entry = self.known[name] = [stamp, compute(path)]
+        if isinstance(entry, list) and len(entry) == 2 and entry[0] == stamp:
+            return entry[1]
+        value = compute(path)
+        # A file written a moment ago may change again within one tick of the file system's clock.
+        if time.time_ns() - stat.st_mtime_ns > _SETTLED_NS:
+            self.known[name] = [stamp, value]
             self.changed = True
-        return entry[1]
+        return value
 
     def save(self) -> None:
         """Write what is new; a memo that cannot be written only costs time."""
@@ -67,9 +73,11 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
     """Return module name -> hash, for a module and everything it imports from the same package.
 
     Comments, docstrings and formatting do not enter; imports inside functions count, those under
-    ``if TYPE_CHECKING`` do not.
+    ``if TYPE_CHECKING`` do not, except in a module with ``__getattr__``: what it names there it loads on first use.
     """
     package = root.name
+    # What was read by another reader (this file, or Python's grammar) is no memory of what this one would find.
+    kind = f"code {file_digest(Path(__file__))[:8]} {sys.version_info[0]}.{sys.version_info[1]}"
     found: dict[str, str] = {}
     todo = [module]
     while todo:
@@ -77,7 +85,7 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
         path = _module_path(name, root)
         if name in found or path is None:
             continue
-        found[name], imports = memo.get("code", path, lambda p, name=name: read_code(p, name, package))
+        found[name], imports = memo.get(kind, path, lambda p, name=name: read_code(p, name, package))
         todo += imports
     return dict(sorted(found.items()))
 
@@ -120,12 +128,13 @@ def _module_path(name: str, root: Path) -> Path | None:
     return None
 
 
-def _imports(tree: ast.AST, folder: str) -> set[str]:
+def _imports(tree: ast.Module, folder: str) -> set[str]:
     names: set[str] = set()
+    lazy = any(isinstance(node, ast.FunctionDef) and node.name == "__getattr__" for node in tree.body)
     todo: list[ast.AST] = [tree]
     while todo:
         node = todo.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+        if isinstance(node, ast.If) and not lazy and "TYPE_CHECKING" in ast.dump(node.test):
             todo += node.orelse
             continue
         if isinstance(node, ast.Import):

@@ -101,7 +101,7 @@ class Store:
             shutil.rmtree(folder, ignore_errors=True)
 
     def publish(self, record: Record, work: Path) -> Record:
-        """Make the files of ``work`` an entry: hash, write the record, flush to disk, rename. Return the full record."""
+        """Make the files of ``work`` an entry: hash, write the record, flush, rename. Return the full record."""
         with self.guarded():
             outputs = {}
             for path in sorted(p for p in work.rglob("*") if p.is_file()):

@@ -1,1 +1,1 @@
-"""The numbers of EEG: filters, ocular correction, channels, epochs, wavelets, statistics, and the synthetic recording."""
+"""The numbers of EEG: filters, ocular correction, channels, epochs, wavelets, statistics; the synthetic recording."""
