@@ -74,6 +74,7 @@ def test_the_memo_notices_a_file_of_the_same_size_and_another_content(tmp_path):
     path = tmp_path / "x"
     memo = fingerprint.Memo(tmp_path / "memo.json")
     path.write_text("aaaa")
+    os.utime(path, ns=(5, 5))
     first = memo.get("bytes", path, fingerprint.file_digest)
     memo.save()
     assert fingerprint.Memo(tmp_path / "memo.json").get("bytes", path, lambda p: "recomputed") == first
@@ -82,9 +83,31 @@ def test_the_memo_notices_a_file_of_the_same_size_and_another_content(tmp_path):
     assert fingerprint.Memo(tmp_path / "memo.json").get("bytes", path, fingerprint.file_digest) != first
 
 
-def test_a_broken_memo_is_ignored(tmp_path):
-    (tmp_path / "memo.json").write_text("{")
+def test_the_memo_does_not_trust_a_file_that_was_written_a_moment_ago(tmp_path):
+    path = tmp_path / "x"
+    memo = fingerprint.Memo(tmp_path / "memo.json")
+    path.write_text("aaaa")
+    first = memo.get("bytes", path, fingerprint.file_digest)
+    stamp = path.stat()
+    path.write_text("bbbb")
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    assert memo.get("bytes", path, fingerprint.file_digest) != first
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "7", '"x"', "{} {}"])
+def test_a_broken_memo_is_ignored(tmp_path, text):
+    (tmp_path / "memo.json").write_text(text)
     assert fingerprint.Memo(tmp_path / "memo.json").known == {}
+
+
+def test_a_module_that_loads_lazily_answers_for_what_it_names_for_type_checkers(package):
+    (package / "rooms" / "attic.py").write_text("x = 1\n")
+    path = package / "rooms" / "__init__.py"
+    lazy = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from house.rooms import attic\n"
+    path.write_text(lazy)
+    assert "house.rooms.attic" not in read(package)
+    path.write_text(lazy + "def __getattr__(name): ...\n")
+    assert "house.rooms.attic" in read(package)
 
 
 def test_libraries_name_python_and_say_absent():
