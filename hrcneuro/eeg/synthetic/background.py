@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import fft
 
-from hrcneuro.eeg.synthetic.head import CH_NAMES, EEG, head, to_mastoids
+from hrcneuro.eeg.synthetic.head import EEG, head, to_mastoids
 
 BAND_HZ = (1.0, 40.0)  # the study's band-pass; RMS values of this package are meant in it
 _FLAT_BELOW_HZ = 0.2  # a power law without an end has no variance
@@ -68,8 +68,8 @@ def dipole_mixing(rng: np.random.Generator, dipoles: int) -> np.ndarray:
     orientation /= np.linalg.norm(orientation, axis=1, keepdims=True)
     strength = np.exp(0.5 * rng.standard_normal(dipoles))
     gain = np.einsum("cdk,dk->cd", model.gain[:, place], orientation) * strength
-    power, axes = np.linalg.eigh(gain @ gain.T)
-    mixing = to_mastoids((axes * np.sqrt(np.maximum(power, 0.0))) @ axes.T)
+    power, axes = np.linalg.eigh(np.einsum("cd,ed->ce", gain, gain))
+    mixing = to_mastoids(np.einsum("cs,es->ce", axes * np.sqrt(np.maximum(power, 0.0)), axes))
     return mixing / np.sqrt((mixing[: len(EEG)] ** 2).sum(axis=1).mean())
 
 

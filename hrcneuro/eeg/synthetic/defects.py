@@ -95,12 +95,12 @@ THROUGHOUT: dict[str, Defect] = {"muscle": muscle, "broadband": broadband}
 
 
 def contaminate(rng: np.random.Generator, data_uv: np.ndarray, sfreq: float) -> pd.DataFrame:
-    """Add jolts of millivolts to every channel in place, about one in four seconds; return their spans.
+    """Add jolts of millivolts to every channel in place, about one in six seconds; return their spans.
 
     That is how s07 is thought to have gone: the head or the cables move, each channel in its own measure.
     """
     duration = data_uv.shape[1] / sfreq
-    starts = np.cumsum(rng.gamma(2.0, 2.0, int(duration / 4 * 1.5) + 10))
+    starts = np.cumsum(rng.gamma(2.0, 3.0, int(duration / 6 * 1.5) + 10))
     starts = starts[starts < duration - 2.0]
     lengths = rng.uniform(0.5, 1.5, len(starts))
     susceptible = np.exp(0.6 * rng.standard_normal(len(CH_NAMES)))
@@ -108,7 +108,7 @@ def contaminate(rng: np.random.Generator, data_uv: np.ndarray, sfreq: float) -> 
         a, b = int(start * sfreq), int((start + length) * sfreq)
         t = np.linspace(0, 1, b - a)
         swing = np.sin(np.pi * t) * np.sin(2 * np.pi * rng.uniform(1.5, 6.0) * length * t + rng.uniform(0, 2 * np.pi))
-        gain = 2500.0 * np.exp(0.4 * rng.standard_normal()) * susceptible * rng.standard_normal(len(CH_NAMES))
+        gain = 2000.0 * np.exp(0.4 * rng.standard_normal()) * susceptible * rng.standard_normal(len(CH_NAMES))
         gain -= gain[list(MASTOIDS)].mean()
         data_uv[:, a:b] += (gain[:, None] * swing).astype(np.float32)
     return pd.DataFrame({"start_s": starts, "stop_s": starts + lengths})

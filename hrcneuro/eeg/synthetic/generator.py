@@ -12,13 +12,14 @@ import pandas as pd
 from hrcneuro.eeg.synthetic import background, defects, ocular, responses
 from hrcneuro.eeg.synthetic.head import CH_NAMES, CH_TYPES, MASTOIDS, site, to_mastoids, topography
 from hrcneuro.eeg.synthetic.params import SyntheticParams
-from hrcneuro.errors import DataError
+from hrcneuro.errors import ConfigError, DataError
 
+_SFREQ_MIN = 100.0
 _TAIL_S = 5.0  # recorded after the last move
 _BLOCK = 16384  # samples mixed at a time: fits the cache
 # SD of the log amplitude of each patch over time: channels then have a kurtosis of 3.2 to 4, as real EEG has.
 _RESTLESS = 0.5
-_SOURCE_HZ = 100.0  # the truth's time courses are kept at the lowest rate above this
+_SOURCE_HZ = 120.0  # the truth's time courses are kept at about this rate: all of them end below 60 Hz
 # Every part draws from a stream of its own: recordings with one seed and two effects differ in the effect alone.
 _STREAMS = (
     "trials", "places", "background", "rhythms", "eyes", "electrodes", "hum", "defects", "jolts", "triggers",
@@ -32,7 +33,7 @@ class Synthetic:
     ``truth`` holds data frames and one dict: ``trials`` (a row a move: ``onset_s`` of the movement itself, ``carries``,
     amplitudes in µV at the peak channel, ``latency_ms``), ``bad_channels`` (spans), ``jolts`` (spans; none unless
     contaminated), ``blinks``, ``saccades``, ``topographies`` (a row a channel: gain of each source), ``sources``
-    (continuous time courses in µV at about 100 Hz, ``time_s``), ``subject`` (dict of this subject's values).
+    (continuous time courses in µV at about 120 Hz, ``time_s``), ``subject`` (dict of this subject's values).
     """
 
     data_uv: np.ndarray  # (30, samples) float32, against the mean of TP9 and TP10
@@ -76,7 +77,13 @@ def generate(
 
     Raises:
         DataError: There are no moves, or an onset is missing, negative or out of order.
+        ConfigError: The sampling rate is below 100 Hz.
     """
+    if sfreq < _SFREQ_MIN:
+        raise ConfigError(
+            f"synthetic EEG at {sfreq:g} Hz would miss part of the band of 1-40 Hz; {_SFREQ_MIN:g} Hz is the least",
+            cure="take the study's 1000 Hz, or 128 Hz for a small recording",
+        )
     onset_s = _onsets(trials)
     streams = dict(zip(_STREAMS, rng.spawn(len(_STREAMS)), strict=True))
     samples = int(np.ceil((onset_s[-1] + _TAIL_S) * sfreq))

@@ -53,7 +53,7 @@ def propagation(rng: np.random.Generator, *, variability: float) -> dict[str, np
 
 
 def blinks(rng: np.random.Generator, duration_s: float, *, params: SyntheticParams) -> pd.DataFrame:
-    """Return a subject's blinks: ``peak_s``, ``amplitude_uv`` at the forehead, and what differs at the brow, ``lid_uv``."""
+    """Return a subject's blinks: ``peak_s``, ``amplitude_uv`` at the forehead, ``lid_uv`` of its own at the brow."""
     rate = params.blinks_per_min * np.exp(0.2 * params.variability * rng.standard_normal())
     size = params.blink_uv * np.exp(0.15 * params.variability * rng.standard_normal())
     if rate == 0:
