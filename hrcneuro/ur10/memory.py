@@ -1,0 +1,70 @@
+"""What programs, clients and the panel share: registers, inputs and outputs, payload."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+INTEGERS = DOUBLES = 48
+BITS = 128
+
+
+def _ints() -> list[int]:
+    return [0] * INTEGERS
+
+
+def _doubles() -> list[float]:
+    return [0.0] * DOUBLES
+
+
+def _bits() -> list[bool]:
+    return [False] * BITS
+
+
+@dataclass
+class Bank:
+    """One direction's general purpose registers."""
+
+    ints: list[int] = field(default_factory=_ints)
+    doubles: list[float] = field(default_factory=_doubles)
+    bits: list[bool] = field(default_factory=_bits)
+
+    def word(self, first: int) -> int:
+        """Return 32 bits as a number."""
+        return sum(1 << i for i in range(32) if self.bits[first + i])
+
+    def set_word(self, first: int, value: int) -> None:
+        """Set 32 bits from a number."""
+        self.bits[first : first + 32] = [bool(value >> i & 1) for i in range(32)]
+
+
+@dataclass
+class Io:
+    """The control box's and the tool's inputs and outputs. Bits: 0–7 standard, 8–15 configurable, 16–17 tool."""
+
+    digital_in: int = 0
+    digital_out: int = 0
+    analog_in: list[float] = field(default_factory=lambda: [0.0, 0.0])  # V or A
+    analog_out: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    analog_types: int = 0b1111  # bits 0, 1 inputs, 2, 3 outputs; 0 current, 1 voltage
+    tool_analog_in: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    tool_voltage: int = 0
+
+    def set_out(self, bit: int, value: bool) -> None:
+        """Set one digital output."""
+        self.digital_out = self.digital_out | 1 << bit if value else self.digital_out & ~(1 << bit)
+
+    def set_in(self, bit: int, value: bool) -> None:
+        """Set one digital input: what is wired to the box does this."""
+        self.digital_in = self.digital_in | 1 << bit if value else self.digital_in & ~(1 << bit)
+
+
+@dataclass
+class Memory:
+    """All of it."""
+
+    inputs: Bank = field(default_factory=Bank)
+    outputs: Bank = field(default_factory=Bank)
+    io: Io = field(default_factory=Io)
+    payload: float = 0.0  # kg
+    cog: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # m
+    masks: dict[str, int] = field(default_factory=dict)  # of RTDE's masked outputs, applied with their values

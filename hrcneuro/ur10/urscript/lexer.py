@@ -1,0 +1,106 @@
+"""URScript's tokens, and where a program that arrives in pieces ends."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+KEYWORDS = frozenset(
+    "and break continue def elif else end enter_critical exit_critical False global halt if join kill local not or "
+    "pass return run sec thread True while xor".split()
+)
+_TOKEN = re.compile(
+    r"""(?P<blank>[ \t\r\f]+|\#[^\n]*)
+      | (?P<newline>\n|;)
+      | (?P<number>0[xX][0-9a-fA-F]+|0[bB][01]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
+      | (?P<string>"[^"\n]*"|'[^'\n]*')
+      | (?P<pose>p\[)
+      | (?P<name>[A-Za-z_][A-Za-z_0-9]*)
+      | (?P<sign>==|!=|<=|>=|[-+*/%=<>()\[\],:.])""",
+    re.VERBOSE,
+)
+# What may not end a statement: it goes on in the next line, past comments.
+_OPEN = frozenset("+ - * / % = == != < > <= >= , ( [ and or not xor".split()) | {"p["}
+_WORD = re.compile(r"\"[^\"\n]*\"|'[^'\n]*'|#[^\n]*|\b(def|sec|thread|while|if|end)\b")
+
+
+class ScriptError(Exception):
+    """A program that cannot be run, or cannot go on; the message names the line."""
+
+
+class Token(NamedTuple):
+    """One token: its kind (name, keyword, number, string, sign, newline, end of text), its text and its line."""
+
+    kind: str
+    text: str
+    line: int
+
+
+def tokens(script: str) -> list[Token]:
+    """Return a script's tokens; newlines within brackets or after an operator are dropped.
+
+    Raises:
+        ScriptError: A character that belongs to no token.
+    """
+    found: list[Token] = []
+    at, line, depth = 0, 1, 0
+    while at < len(script):
+        match = _TOKEN.match(script, at)
+        if match is None:
+            raise ScriptError(f"line {line}: unexpected character {script[at]!r}")
+        kind, text = str(match.lastgroup), match.group()
+        at = match.end()
+        if kind == "newline":
+            inside = depth > 0 or (found and found[-1].text in _OPEN and found[-1].kind != "string")
+            if not inside and found and found[-1].kind != "newline":
+                found.append(Token("newline", text, line))
+            line += text == "\n"
+        elif kind != "blank":
+            depth += (text in ("(", "[", "p[")) - (text in (")", "]"))
+            if kind == "pose":
+                kind = "sign"
+            elif kind == "name" and text in KEYWORDS:
+                kind = "keyword"
+            found.append(Token(kind, text, line))
+    found.append(Token("newline", "\n", line))
+    found.append(Token("eof", "", line))
+    return found
+
+
+class Splitter:
+    """Cuts the stream of a script socket into programs: a ``def … end``, or a single line."""
+
+    LIMIT = 4_000_000  # characters of one program; more is refused
+
+    def __init__(self) -> None:
+        self._line = ""
+        self._program: list[str] = []
+        self._depth = self._size = 0
+
+    def feed(self, text: str) -> list[str]:
+        """Return the programs that ``text`` completes.
+
+        Raises:
+            ScriptError: A program without end that grows too large.
+        """
+        *lines, self._line = (self._line + text).replace("\r\n", "\n").split("\n")
+        done = [program for line in lines if (program := self._add(line)) is not None]
+        self._size += len(text)
+        if self._size > self.LIMIT:
+            self.__init__()  # type: ignore[misc]
+            raise ScriptError(f"a program of more than {self.LIMIT} characters")
+        return done
+
+    def _add(self, line: str) -> str | None:
+        if not self._program and not line.strip():
+            self._size = len(self._line)
+            return None
+        self._program.append(line)
+        for match in _WORD.finditer(line):
+            word = match.group(1)
+            if word:
+                self._depth += -1 if word == "end" else 1
+        if self._depth > 0:
+            return None
+        program, self._program, self._depth, self._size = "\n".join(self._program) + "\n", [], 0, 0
+        return program

@@ -1,0 +1,102 @@
+"""URScript's built-in functions that only compute: mathematics, poses, conversions, text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hrcneuro.ur10 import geometry
+from hrcneuro.ur10.urscript.lexer import ScriptError
+from hrcneuro.ur10.urscript.runtime import Pose
+
+Vector = Sequence[float]
+_LONGEST = 65536
+
+
+def _pose(values: Sequence[float]) -> Pose:
+    return Pose(values)
+
+
+def _interpolated(a: Vector, b: Vector, alpha: float) -> Pose:
+    return _pose(geometry.along(a, geometry.between(a, b), alpha))
+
+
+def _pose_add(a: Vector, b: Vector) -> Pose:
+    turn = geometry.times(geometry.rotation(a[3:]), geometry.rotation(b[3:]))
+    return _pose([u + v for u, v in zip(a[:3], b[:3], strict=True)] + list(geometry.rotation_vector(turn)))
+
+
+def _pose_sub(a: Vector, b: Vector) -> Pose:
+    turn = geometry.times(geometry.transposed(geometry.rotation(b[3:])), geometry.rotation(a[3:]))
+    return _pose([u - v for u, v in zip(a[:3], b[:3], strict=True)] + list(geometry.rotation_vector(turn)))
+
+
+def _rpy2rotvec(rpy: Vector) -> list[float]:
+    x, y, z = (geometry.rotation(v) for v in ((rpy[0], 0, 0), (0, rpy[1], 0), (0, 0, rpy[2])))
+    return list(geometry.rotation_vector(geometry.times(z, geometry.times(y, x))))
+
+
+def _rotvec2rpy(v: Vector) -> list[float]:
+    r = geometry.rotation(v)
+    return [math.atan2(r[7], r[8]), math.atan2(-r[6], math.hypot(r[0], r[3])), math.atan2(r[3], r[0])]
+
+
+def _norm(value: Any) -> float:
+    return math.hypot(*value) if isinstance(value, list) else abs(value)
+
+
+def text(value: Any) -> str:
+    """Return a value as URScript prints it."""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return ("p" if isinstance(value, Pose) else "") + "[" + ", ".join(map(text, value)) + "]"
+    return str(value)
+
+
+def _joined(a: Any, b: Any) -> str:
+    whole = text(a) + text(b)
+    if len(whole) > _LONGEST:
+        raise ScriptError(f"runtime error: a string of more than {_LONGEST} characters")
+    return whole
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        raise ScriptError(f"runtime error: {value!r} is no number") from None
+
+
+def _bits(value: int) -> list[bool]:
+    return [bool(int(value) >> i & 1) for i in range(32)]
+
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "acos": math.acos, "asin": math.asin, "atan": math.atan, "atan2": math.atan2, "cos": math.cos, "sin": math.sin,
+    "tan": math.tan, "sqrt": math.sqrt, "pow": math.pow, "ceil": math.ceil, "floor": math.floor,
+    "log": lambda base, value: math.log(value, base), "d2r": math.radians, "r2d": math.degrees, "norm": _norm,
+    "length": len, "get_list_length": len,
+    "integer_to_binary_list": _bits,
+    "binary_list_to_integer": lambda bits: sum(1 << i for i, bit in enumerate(bits) if bit),
+    "pose_trans": lambda a, b: _pose(geometry.pose_trans(a, b)),
+    "pose_inv": lambda a: _pose(geometry.pose_inv(a)),
+    "pose_add": _pose_add,
+    "pose_sub": _pose_sub,
+    "pose_dist": lambda a, b: math.dist(a[:3], b[:3]),
+    "point_dist": lambda a, b: math.dist(a[:3], b[:3]),
+    "interpolate_pose": _interpolated,
+    "rpy2rotvec": _rpy2rotvec,
+    "rotvec2rpy": _rotvec2rpy,
+    "wrench_trans": lambda t, w: [
+        *geometry.turned(geometry.rotation(t[3:]), w[:3]), *geometry.turned(geometry.rotation(t[3:]), w[3:])
+    ],
+    "to_str": text, "to_num": _number, "str_cat": _joined, "str_len": len, "str_empty": lambda s: not s,
+    "str_at": lambda s, i: s[int(i)],
+    "str_sub": lambda s, at, n=None: s[int(at) :] if n is None else s[int(at) : int(at) + int(n)],
+    "str_find": lambda s, part, start=0: s.find(part, int(start)),
+}  # fmt: skip
+"""What depends on nothing but the arguments; what touches the controller is in ``commands``."""
