@@ -8,7 +8,9 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable
+from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -16,6 +18,8 @@ from hrcneuro import work
 from hrcneuro.errors import ConfigError, did_you_mean
 
 NAMES = ("auto", "serial", "processes")
+# Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
+_GRACE_S = 3.0
 
 
 class Executor(Protocol):
@@ -50,28 +54,82 @@ class Serial:
         return None
 
 
+class WorkerDied(Exception):
+    """A worker process ended before its job did."""
+
+
 class Processes:
-    """Runs jobs in worker processes; an interrupt ends them at once, and they end with their parent."""
+    """Runs jobs in worker processes. A worker that dies takes only its own job with it and is replaced; an interrupt
+    ends all of them within seconds, and they end with their parent.
+    """
 
     def __init__(self, workers: int) -> None:
-        self.pool = futures.ProcessPoolExecutor(
-            workers, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker
-        )
+        self._threads = futures.ThreadPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
+        self._own = threading.local()
+        self._workers: list[_Worker] = []
+        self._lock = threading.Lock()
+        self._closed = False
 
     def submit(self, call: Callable[..., Any], /, *args: Any) -> futures.Future:
         """Queue ``call(*args)`` and return its future."""
-        return self.pool.submit(call, *args)
+        return self._threads.submit(self._do, call, *args)
 
     def __enter__(self) -> Processes:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
-            self.pool.shutdown()
-            return
-        self.pool.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
-            child.terminate()
+            self._threads.shutdown()
+        with self._lock:
+            self._closed = True
+            workers = list(self._workers)
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for worker in workers:
+            worker.dismiss() if kind is None else worker.process.terminate()
+        deadline = time.monotonic() + _GRACE_S
+        for worker in workers:
+            worker.process.join(max(0.0, deadline - time.monotonic()))
+            worker.process.kill()
+        self._threads.shutdown()
+
+    def _do(self, call: Callable[..., Any], *args: Any) -> Any:
+        worker = getattr(self._own, "worker", None)
+        if worker is None or not worker.process.is_alive():
+            with self._lock:
+                if self._closed:
+                    raise WorkerDied("the run is over")
+                worker = self._own.worker = _Worker()
+                self._workers.append(worker)
+        return worker.do(call, args)
+
+
+class _Worker:
+    """A process that does one job after another, and the pipe to it."""
+
+    def __init__(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        # A daemon: should this process end in an unforeseen way, Python still ends the worker.
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self.process.start()
+        # Its death is an end of file here, as nobody else holds that end.
+        theirs.close()
+
+    def do(self, call: Callable[..., Any], args: tuple) -> Any:
+        """Return ``call(*args)``, computed there."""
+        try:
+            self.pipe.send((call, args))
+            done, value = self.pipe.recv()
+        except (EOFError, OSError):
+            self.process.join(_GRACE_S)
+            raise WorkerDied(_end(self.process.exitcode)) from None
+        if done:
+            return value
+        raise value
+
+    def dismiss(self) -> None:
+        """Let the worker end: it has nothing more to do."""
+        self.pipe.close()
 
 
 def create(name: str, workers: int) -> Executor:
@@ -95,12 +153,34 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
-def _start_worker() -> None:
-    # The parent decides what an interrupt means; a worker must not die with a half-told story.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # A clean end on terminate removes the temporary folder.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+def _leave_interrupts_to_the_parent() -> None:
+    # Threads hand their mask on to the processes that they start, from the first instruction: Ctrl-C reaches the
+    # whole terminal, and a worker must not die with a half-told story while the parent decides what it means.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+def _serve(pipe: Connection) -> None:
+    signal.signal(signal.SIGTERM, _end_cleanly)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    while True:
+        try:
+            call, args = pipe.recv()
+        except EOFError:
+            return
+        try:
+            answer = (True, call(*args))
+        except Exception as error:
+            answer = (False, error)
+        try:
+            pipe.send(answer)
+        except Exception as error:
+            pipe.send((False, RuntimeError(f"the answer cannot travel between processes: {error}")))
+
+
+def _end_cleanly(*_: object) -> None:
+    # Unwinding removes the temporary folder; a second signal must not disturb that.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    sys.exit(1)
 
 
 def _end_with_parent() -> None:
@@ -108,3 +188,7 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+def _end(code: int | None) -> str:
+    return f"it was ended by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with exit code {code}"

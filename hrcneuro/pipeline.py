@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import concurrent.futures as futures
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
@@ -12,11 +11,11 @@ from typing import Any
 
 from hrcneuro import stages
 from hrcneuro.cache import fingerprint, why
-from hrcneuro.cache.store import Record, read_record
+from hrcneuro.cache.store import Record
 from hrcneuro.config import Settings
 from hrcneuro.contract import Inputs, Patterns, params
-from hrcneuro.errors import ConfigError, HrcError, StageError, did_you_mean
-from hrcneuro.executors import Executor
+from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
+from hrcneuro.executors import Executor, WorkerDied
 from hrcneuro.work import Job, Outcome, execute
 from hrcneuro.workdir import Workdir
 
@@ -130,6 +129,7 @@ class Run:
         self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
         self.items: dict[Task, Item] = {}
         self.records: dict[Task, Record] = {}
+        self.parts: dict[Task, dict[str, Any]] = {}
         self._static: dict[str, dict[str, Any]] = {}
 
     def plan(self, wanted: Iterable[Task], *, force: bool = False) -> list[Item]:
@@ -156,23 +156,23 @@ class Run:
         waiting = dict(graph)
         running: dict[futures.Future, Task] = {}
         self.workdir.cache.sweep()
-        while waiting or running:
-            for task in [t for t, upstream in waiting.items() if all(self._settled(u) for u in upstream)]:
-                item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
-                if not item.state:
-                    item.state = "running"
+        try:
+            while waiting or running:
+                for task in [t for t, upstream in waiting.items() if all(self._settled(u) for u in upstream)]:
+                    item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
+                    item.state = item.state or "running"
                     report(task, item)
-                    job = self._job(task, graph[task], force and task in wanted, provenance())
-                    running[executor.submit(execute, job)] = task
-                else:
-                    report(task, item)
-            if running:
-                done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
-                for future in done:
+                    if item.state == "running":
+                        job = self._job(task, graph[task], force and task in wanted, provenance())
+                        running[executor.submit(execute, job)] = task
+                        if any(future.done() for future in running):
+                            break
+                for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done if running else ():
                     task = running.pop(future)
                     self._finish(task, _outcome(future, task))
                     report(task, self.items[task])
-        self.memo.save()
+        finally:
+            self.memo.save()
         return [self.items[task] for task in graph]
 
     def _settled(self, task: Task) -> bool:
@@ -194,11 +194,11 @@ class Run:
         except HrcError as error:
             item.state, item.error, item.why = "failed", error, [str(error.problem)]
             return item
-        item.key = fingerprint.key(parts)
+        self.parts[task], item.key = parts, fingerprint.key(parts)
         record = None if force else self._lookup(task, item, dry=dry)
         if record is not None:
-            self._accept(task, record, dry=dry)
             item.state = "hit"
+            self._accept(task, record, dry=dry)
         elif not item.why:
             last = self.workdir.last(task.stage, task.unit)
             item.why = ["forced"] if force else why.causes(task.stage, last, parts) or ["entry gone from the cache"]
@@ -224,10 +224,14 @@ class Run:
         stage = stages.load(task.stage)
         if hasattr(stage, "sources"):
             files = stage.sources(self.settings.sections[task.stage], task.unit)
-            parts["sources"] = {
-                label: self.memo.get("bytes", path, fingerprint.file_digest) for label, path in sorted(files.items())
-            }
+            parts["sources"] = {label: self._content(path) for label, path in sorted(files.items())}
         return parts
+
+    def _content(self, path: Path) -> str:
+        try:
+            return self.memo.get("bytes", path, fingerprint.file_digest)
+        except OSError as error:
+            raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the file and its rights") from error
 
     def _stage_parts(self, name: str) -> dict[str, Any]:
         if name not in self._static:
@@ -250,12 +254,11 @@ class Run:
                 for name in self.records[source].outputs
                 if any(fnmatch(name, pattern) for pattern in patterns)
             }
-        parts = self._parts(task, upstream)
         return Job(
             stage=task.stage,
             unit=task.unit,
             key=self.items[task].key,
-            parts=parts,
+            parts=self.parts[task],
             config=self.settings.sections[task.stage],
             inputs=Inputs(task.unit, files),
             root=self.workdir.cache.root,
@@ -276,22 +279,24 @@ class Run:
         self.records[task] = record
         item.summary = record.summary
         item.artifacts = {name: str(folder / name) for name in record.outputs}
-        if not dry:
-            self.workdir.point(record)
+        try:
+            if not dry:
+                self.workdir.point(record)
+        except HrcError as error:
+            item.state, item.error = "failed", error
 
 
 def _outcome(future: futures.Future, task: Task) -> Outcome:
     try:
         return future.result()
-    except BrokenProcessPool:
+    except WorkerDied as death:
         error = StageError(
-            f"the worker of {task.stage} {task.unit} was killed, perhaps for lack of memory",
-            cure="use fewer workers (-j 1), then run the same command again: finished work is kept",
+            f"the worker of {task.stage} of {task.unit} died: {death}",
+            cure="if memory ran out, use fewer workers (-j 1); the same command goes on from here",
         )
-        return Outcome("failed", error=error)
-
-
-def last_record(workdir: Workdir, stage: str, unit: str) -> Record | None:
-    """Return the record that the results pointer names, or None."""
-    key = workdir.pointer(stage, unit)
-    return read_record(workdir.cache.folder(stage, unit, key)) if key else None
+    except Exception as unknown:
+        error = StageError(
+            f"{task.stage} of {task.unit} came to no result: {type(unknown).__name__}: {unknown}",
+            cure="run it again with --executor serial --debug, and please report it as a bug",
+        )
+    return Outcome("failed", error=error)
