@@ -92,16 +92,25 @@ _plain_stage(
 
 
 @_command(
-    "Simulate the robot that learns who does what (SIM1-4).",
-    "simulate",
+    "Simulate the robot that learns who does what (SIM1-4); design the next experiment.",
     "simulate --set simulate.repetitions=1000",
+    "simulate --sweep accuracy=55,60,70 --sweep subtasks=4,6",
     name="simulate",
 )
-def simulate(options: Options) -> int:
-    """Run the stage."""
+def simulate(
+    options: Options,
+    sweep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=VALUES",
+            help="Also sweep over accuracy, subtasks, chosen, alpha, tau, events or period; repeatable.",
+        ),
+    ] = None,
+) -> int:
+    """Run the stage, with a design sweep where one is asked for."""
     from hrcneuro import commands
 
-    return commands.stage("simulate", options, None)
+    return commands.stage("simulate", commands.with_sweep(options, sweep or []), None)
 
 
 @_command("Run a whole pipeline, then write the report.", "run", "run pipelines/smoke.toml -j 2", name="run")

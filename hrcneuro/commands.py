@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hrcneuro import config, executors, pipeline, stages
 from hrcneuro.config import Settings
 from hrcneuro.console import Console
-from hrcneuro.errors import DataError
+from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.options import Options
 from hrcneuro.pipelines import Pipeline, read_pipeline
 from hrcneuro.provenance import provenance
@@ -30,6 +31,21 @@ def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     """Bring a stage, and what it stands on, up to date."""
     found = settings(options)
     return _bring(name, options, found, pipeline.targets(found, [name], subjects or ()))[0]
+
+
+def with_sweep(options: Options, axes: Sequence[str]) -> Options:
+    """Return the options with ``--sweep AXIS=VALUES`` written as assignments.
+
+    Raises:
+        ConfigError: An axis has no values.
+    """
+    added = []
+    for text in axes:
+        axis, equals, values = text.partition("=")
+        if not equals or not axis.strip() or not values.strip():
+            raise ConfigError(f"--sweep {text!r} names no values", cure="write --sweep accuracy=55,60,65")
+        added.append(f"simulate.sweep.{axis.strip()}=[{values}]")
+    return replace(options, set=[*(options.set or []), *added])
 
 
 def run(options: Options, path: Path | None) -> int:
