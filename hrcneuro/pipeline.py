@@ -190,12 +190,12 @@ class Run:
             item.why = [f"inputs: {u.stage} of {u.unit} would run" for u in coming]
             return item
         try:
-            parts = self._parts(task, upstream)
+            parts = self.parts[task] = self._parts(task, upstream)
+            item.key = fingerprint.key(parts)
+            record = None if force else self._lookup(task, item, dry=dry)
         except HrcError as error:
-            item.state, item.error, item.why = "failed", error, [str(error.problem)]
+            item.state, item.error, item.why = "failed", error, [error.problem]
             return item
-        self.parts[task], item.key = parts, fingerprint.key(parts)
-        record = None if force else self._lookup(task, item, dry=dry)
         if record is not None:
             item.state = "hit"
             self._accept(task, record, dry=dry)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.store import Record, Store, read_record
+from hrcneuro.cache.store import Record, Store, guarded, read_record
 from hrcneuro.errors import DataError
 
 
@@ -37,9 +37,9 @@ class Workdir:
         try:
             if path.read_text(encoding="utf-8") == text:
                 return
-        except OSError:
+        except (OSError, UnicodeDecodeError):
             pass
-        with self.cache.guarded():
+        with guarded(self.results):
             path.parent.mkdir(parents=True, exist_ok=True)
             part = path.with_name(f".{path.name}.{os.getpid()}")
             part.write_text(text, encoding="utf-8")
@@ -47,11 +47,13 @@ class Workdir:
 
     def pointer(self, stage: str, unit: str) -> str:
         """Return the key that the pointer names, or an empty string."""
-        return str(self._read(stage, unit).get("key", ""))
+        key = self._read(stage, unit).get("key")
+        return key if isinstance(key, str) and key.isalnum() else ""
 
     def last(self, stage: str, unit: str) -> Mapping[str, Any] | None:
         """Return the parts of the key that the pointer names, or None where the unit never ran."""
-        return self._read(stage, unit).get("parts")
+        parts = self._read(stage, unit).get("parts")
+        return parts if isinstance(parts, dict) and all(isinstance(p, dict | str) for p in parts.values()) else None
 
     def keys(self) -> set[tuple[str, str, str]]:
         """Return (stage, unit, key) of every pointer."""
@@ -88,7 +90,9 @@ class Workdir:
         return self.results / unit / f"{stage}.json"
 
     def _read(self, stage: str, unit: str) -> dict[str, Any]:
+        # A pointer only says what was current: one that cannot be read is as good as none.
         try:
-            return json.loads(self._pointer_path(stage, unit).read_text(encoding="utf-8"))
+            found = json.loads(self._pointer_path(stage, unit).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
+        return found if isinstance(found, dict) else {}

@@ -57,7 +57,7 @@ class Store:
         if not folder.exists():
             return ""
         record = read_record(folder)
-        return "record.json is missing or unreadable" if record is None else fault(folder, record, verify=verify)
+        return "record.json is missing, unreadable or altered" if record is None else fault(folder, record, verify=verify)
 
     def quarantine(self, stage: str, unit: str, key: str) -> Path:
         """Move a bad entry out of the way and return where it went."""
@@ -109,14 +109,18 @@ class Store:
                 name = path.relative_to(work).as_posix()
                 outputs[name] = {"sha256": fingerprint.file_digest(path), "size": path.stat().st_size}
             full = Record(**{**asdict(record), "outputs": outputs})
-            (work / RECORD).write_text(json.dumps(asdict(full), indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            write_record(work, full)
             _flush(work / RECORD)
             _flush(work)
-            target = self.folder(record.stage, record.unit, record.key)
-            if target.exists():
-                self.quarantine(record.stage, record.unit, record.key)
+            name = (record.stage, record.unit, record.key)
+            target, old = self.folder(*name), work.with_name(f"{work.name}-old")
+            if self.diagnose(*name):
+                self.quarantine(*name)
+            elif target.exists():
+                target.rename(old)
             work.rename(target)
             _flush(target.parent)
+            shutil.rmtree(old, ignore_errors=True)
         return full
 
     def entries(self) -> list[Path]:
@@ -135,17 +139,23 @@ class Store:
 
         for folder in self.root.glob(f"*/*/{_TEMPORARY}*"):
             key = folder.name.removeprefix(_TEMPORARY).partition("-")[0]
-            lock = self._lock_file(folder.parent.parent.name, folder.parent.name, key)
-            with contextlib.suppress(Timeout, OSError), FileLock(lock, timeout=0):
-                shutil.rmtree(folder, ignore_errors=True)
+            with contextlib.suppress(Timeout, OSError):
+                lock = self._lock_file(folder.parent.parent.name, folder.parent.name, key)
+                with FileLock(lock, timeout=0):
+                    shutil.rmtree(folder, ignore_errors=True)
 
-    @contextlib.contextmanager
-    def guarded(self) -> Iterator[None]:
+    def guarded(self) -> contextlib.AbstractContextManager[None]:
         """Turn a full or read-only disk into an error with a cure."""
-        try:
-            yield
-        except OSError as error:
-            raise explain_os_error(error, self.root) from error
+        return guarded(self.root)
+
+
+@contextlib.contextmanager
+def guarded(place: Path) -> Iterator[None]:
+    """Turn a full or read-only disk under ``place`` into an error with a cure."""
+    try:
+        yield
+    except OSError as error:
+        raise explain_os_error(error, place) from error
 
 
 def explain_os_error(error: OSError, root: Path) -> ConfigError | StageError:
@@ -154,27 +164,39 @@ def explain_os_error(error: OSError, root: Path) -> ConfigError | StageError:
 
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return StageError(
-            f"the disk of the cache {root} is full",
+            f"the disk of {root} is full",
             cure="free space ('hrcneuro cache gc' drops unused entries) or choose another place: --workdir DIR",
         )
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
         return ConfigError(
-            f"the cache {root} cannot be written: {error.strerror}",
+            f"{root} cannot be written: {error.strerror}",
             cure="give yourself the right to write there, or choose another place: --workdir DIR or HRCNEURO_CACHE",
         )
-    return StageError(f"the cache {root} failed: {error}", cure="check the disk, then run the same command again")
+    return StageError(f"the disk of {root} failed: {error}", cure="check the disk, then run the same command again")
+
+
+def write_record(folder: Path, record: Record) -> None:
+    """Write ``record.json``, with a seal: the digest of everything else in it."""
+    # Through JSON and back, so that the seal is of what a reader will see.
+    content = json.loads(json.dumps(asdict(record)))
+    text = json.dumps({**content, "seal": fingerprint.digest(content)}, indent=1, sort_keys=True)
+    (folder / RECORD).write_text(f"{text}\n", encoding="utf-8")
 
 
 def read_record(folder: Path) -> Record | None:
-    """Return the record of an entry, or None where it is missing or unreadable."""
+    """Return the record of an entry, or None where it is missing, unreadable or not as it was written."""
     try:
-        return Record(**json.loads((folder / RECORD).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        content = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        seal = content.pop("seal")
+        return Record(**content) if seal == fingerprint.digest(content) else None
+    except (OSError, ValueError, TypeError, AttributeError, KeyError):
         return None
 
 
 def fault(folder: Path, record: Record, *, verify: bool) -> str:
     """Return what is wrong with an entry's files; an empty string where nothing is."""
+    if (record.stage, record.unit, record.key) != folder.parts[-3:]:
+        return f"record.json is of {record.stage}/{record.unit}/{record.key}"
     for name, expected in record.outputs.items():
         path = folder / name
         try:

@@ -46,6 +46,10 @@ def test_nothing_is_visible_before_publish_and_nothing_stays_after_a_failure(sto
     [
         (lambda f: (f / RECORD).unlink(), "record.json"),
         (lambda f: (f / RECORD).write_text("{"), "record.json"),
+        (lambda f: (f / RECORD).write_text("[]"), "record.json"),
+        (lambda f: (f / RECORD).write_text("null"), "record.json"),
+        (lambda f: (f / RECORD).write_bytes(b"\xff\x00"), "record.json"),
+        (lambda f: (f / RECORD).write_text((f / RECORD).read_text().replace("\"n\": 3", "\"n\": 4")), "altered"),
         (lambda f: (f / "data.bin").unlink(), "data.bin is missing"),
         (lambda f: (f / "data.bin").write_bytes(b"sig"), "3 bytes instead of 6"),
     ],
@@ -127,3 +131,17 @@ def test_a_cache_that_cannot_be_made_is_a_configuration_error(tmp_path):
     store = Store(tmp_path / "cache")
     with pytest.raises(ConfigError, match="cannot be written"), store.lock(*NAME):
         pass
+
+
+def test_an_entry_in_another_entry_s_place_is_no_hit(store):
+    publish(store)
+    other = (*NAME[:2], "fedcba9876543210")
+    store.folder(*NAME).rename(store.folder(*other))
+    assert store.lookup(*other) is None
+    assert "record.json is of preprocess/s01/0123456789abcdef" in store.diagnose(*other)
+
+
+def test_publishing_over_a_sound_entry_quarantines_nothing(store):
+    publish(store)
+    publish(store, b"other!")
+    assert store.leftovers() == []
