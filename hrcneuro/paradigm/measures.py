@@ -202,7 +202,7 @@ def odd_paths(study: Study) -> float:
 
 
 def not_arrived(study: Study) -> float:
-    """Return the number of episodes that do not end on the goal tile."""
+    """Return the number of episodes that end elsewhere than on the last tile that their targets show."""
     return (~study.episodes["arrived"]).sum()
 
 

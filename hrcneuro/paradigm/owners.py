@@ -21,6 +21,7 @@ COLOURS = ("green", "blue")
 
 _NOTCHED = 35 / 84  # share of the logged maps whose rectangle lacks one tile
 _NOTCH_AT_CORNER = 32 / 35
+_HUMAN_HAS_SMALL = 32 / 72  # of the main blocks
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def draw_areas(rng: np.random.Generator) -> Areas:
         seam = sorted(_removable(small) - {inner})
         at_corner = rng.random() < _NOTCH_AT_CORNER
         small.remove(inner if at_corner else seam[rng.integers(len(seam))])
-    human = small if rng.integers(2) else set(TILES) - small
+    human = small if rng.random() < _HUMAN_HAS_SMALL else set(TILES) - small
     return Areas(frozenset(human), COLOURS[rng.integers(2)])
 
 

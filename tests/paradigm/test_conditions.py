@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.paradigm.conditions import CASES, annotate, count_pairs, matched, no_previous_error
@@ -65,6 +65,7 @@ def test_an_empty_table_and_an_input_left_as_it_was():
     pd.testing.assert_frame_equal(trials, copy)
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from("HR"), st.sampled_from(".x"), st.booleans(), st.booleans()), max_size=40),
 )

@@ -79,10 +79,6 @@ def robot_elsewhere(trials):
     swap(trials, ["intended", "executed"], free, "E")
 
 
-def cut_short(trials):
-    return trials.iloc[:-1]
-
-
 def wrong_first_key(trials):
     swap(trials, "key_wrong", (trials["trial"] == 0) & (trials["actor"] == "human"), True)
 
@@ -108,7 +104,6 @@ def slow_arm(trials):
         (other_target, "targets that do not point to the pending tile"),
         (other_tile, "moves whose tile does not follow from their direction"),
         (robot_elsewhere, "free diagonals on which the robot leaves its fixed way"),
-        (cut_short, "episodes that do not end on the goal tile"),
         (wrong_first_key, "wrong keys on an episode's first move"),
         (late_onset, "sC: onset to onset, mean (s)"),
         (same_onset, "onsets that do not come after the one before"),
@@ -117,6 +112,15 @@ def slow_arm(trials):
 )
 def test_a_single_broken_move_is_seen(study, edit, rule):
     assert rule in failed(changed(study, edit, subjects=3))
+
+
+def test_an_episode_without_its_end_is_seen(study):
+    trials = study["s01"]
+    astray = trials.index[(trials["error"] & ~trials["practice"])][-1]
+    assert "episodes that do not end on the goal tile" in failed({"s01": annotate(trials.loc[:astray])})
+    # Cut on a tile of the path, the path itself seems to end there, too near to the start.
+    on_path = trials.index[trials["trial"] == 0][-1]
+    assert "episodes whose start and goal are none of the 20 pairs" in failed({"s01": annotate(trials.loc[:on_path])})
 
 
 @pytest.mark.parametrize(

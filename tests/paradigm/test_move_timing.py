@@ -28,7 +28,7 @@ def timed(trials, seed=0, **params):
     return assign_onsets(trials, rng=np.random.default_rng(seed), params=TimingParams(**params))
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(st.text("HR", min_size=1, max_size=60), WAYS, st.integers(0, 1000))
 def test_no_move_starts_before_the_arm_is_ready_nor_sooner_than_600_ms(actors, start_next, seed):
     out = timed(moves(actors), seed, start_next=start_next)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.errors import ConfigError
@@ -70,6 +70,7 @@ def test_in_ic_only_the_own_keys_work():
     assert presses(Human(wrong_key=1.0, repeat=0.0), owners, "NE", after("S", error=False))["E"] < 0.6
 
 
+@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_a_subjects_rates_lie_in_the_logged_range(seed):
     human = draw_human(np.random.default_rng(seed))
@@ -77,6 +78,7 @@ def test_a_subjects_rates_lie_in_the_logged_range(seed):
     assert 0 <= human.undo <= 1
 
 
+@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.booleans(), st.floats(0, 0.6))
 def test_every_episode_follows_its_path_from_start_to_goal(seed, directions, error_rate):
     rng = np.random.default_rng(seed)

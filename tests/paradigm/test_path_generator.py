@@ -4,7 +4,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.paradigm.grid import (
@@ -36,6 +36,7 @@ seeds = st.integers(0, 2**32 - 1)
 tiles = st.tuples(st.integers(0, 6), st.integers(0, 6))
 
 
+@settings(deadline=None)
 @given(tiles, tiles)
 def test_the_target_leads_to_the_pending_tile_along_both_components(tile, pending):
     target = toward(tile, pending)
@@ -44,6 +45,7 @@ def test_the_target_leads_to_the_pending_tile_along_both_components(tile, pendin
         assert distance(beyond(tile, way), pending) == distance(tile, pending) - 1
 
 
+@settings(deadline=None)
 @given(tiles, st.sampled_from(list(STEPS)))
 def test_a_move_is_clamped_at_the_edge_and_nowhere_else(tile, way):
     there = move(tile, way)
@@ -70,6 +72,7 @@ def test_there_are_twenty_pairs_of_start_and_goal_at_a_mean_distance_of_7_2():
     assert np.std(lengths) == pytest.approx(0.4)
 
 
+@settings(deadline=None)
 @given(st.sampled_from(PAIRS), st.integers(1, 3), st.integers(0, 1), st.tuples(st.integers(0, 3), st.integers(0, 3)))
 def test_every_path_joins_its_ends_with_its_turns_and_never_crosses_itself(pair, turns, axis, picks):
     path = trace(*pair, turns=turns, first_axis=axis, picks=picks)
@@ -93,6 +96,7 @@ def test_equally_likely_choices_give_the_logged_shares_of_turns_steps_and_detour
         assert abs(p - logged / 1992) < 3 * np.sqrt(p * (1 - p) / 1992)
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_a_drawn_path_starts_and_ends_on_the_inner_tiles(seed):
     path = draw_path(np.random.default_rng(seed))
@@ -100,6 +104,7 @@ def test_a_drawn_path_starts_and_ends_on_the_inner_tiles(seed):
     assert not on_border(path[-1])
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_areas_are_two_pieces_of_19_to_30_tiles_that_fill_the_grid(seed):
     areas = draw_areas(np.random.default_rng(seed))
@@ -110,6 +115,7 @@ def test_areas_are_two_pieces_of_19_to_30_tiles_that_fill_the_grid(seed):
     assert areas.human_colour in ("green", "blue")
 
 
+@settings(deadline=None)
 @given(st.sampled_from(DIRECTION_PAIRS), tiles, st.sampled_from(TARGETS))
 def test_in_ic_the_owner_of_every_component_acts_and_the_robot_where_they_are_split(pair, tile, target):
     owners = Directions(pair)
@@ -119,6 +125,7 @@ def test_in_ic_the_owner_of_every_component_acts_and_the_robot_where_they_are_sp
     assert set(wrong_keys(owners, target)) == owners.human - set(target)
 
 
+@settings(deadline=None)
 @given(seeds, tiles, st.sampled_from(TARGETS))
 def test_in_sc_the_owner_of_the_tile_acts_with_all_four_directions(seed, tile, target):
     owners = draw_areas(np.random.default_rng(seed))
