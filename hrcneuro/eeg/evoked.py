@@ -71,14 +71,17 @@ def peak_times(strength: Floats, times: Floats, *, start: float, stop: float, co
         count: How many times at most; at least one is returned, the highest sample, if there is no local maximum.
         apart: Smallest distance between two of them, in seconds.
     """
-    from scipy.signal import find_peaks
-
     inside = np.flatnonzero(within(times, start, stop))
     if not len(inside):
         inside = np.arange(len(times))
-    distance = max(1, round(apart / (times[1] - times[0]))) if len(times) > 1 else 1
-    peaks, _ = find_peaks(strength[inside], distance=distance)
+    values = strength[inside]
+    edged = np.concatenate([[np.inf], values, [np.inf]])
+    peaks = np.flatnonzero((edged[:-2] < values) & (values >= edged[2:]))
     if not len(peaks):
-        peaks = np.array([np.argmax(strength[inside])])
-    best = peaks[np.argsort(-strength[inside][peaks], kind="stable")[:count]]
-    return [float(times[inside[i]]) for i in sorted(best)]
+        peaks = np.array([np.argmax(values)])
+    chosen: list[float] = []
+    for i in peaks[np.argsort(-values[peaks], kind="stable")]:
+        time = float(times[inside[i]])
+        if len(chosen) < count and all(abs(time - other) >= apart for other in chosen):
+            chosen.append(time)
+    return sorted(chosen)

@@ -20,7 +20,8 @@ from hrcneuro.stages.figure_style import GREY, STYLE, legend_below, save, shade_
 
 Floats = NDArray[np.float64]
 
-_WIDTH, _HEIGHT = 3.9, 3.1  # inches a panel
+_WIDTH, _HEIGHT, _FOOT = 4.1, 3.2, 0.75  # inches a panel, and below all of them
+_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _MAPS = 4
 # Fewer electrodes cannot be interpolated to a map.
 _FEWEST = 4
@@ -82,25 +83,34 @@ def draw(
     placed = _placed(info)
     limit = _limit([m for p in panels for m in p.maps])
     low, high = _range(panels)
+    width, height = _WIDTH * columns + 0.3, _HEIGHT * rows + _FOOT
     with rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH * columns + 0.3, _HEIGHT * rows + 0.45))
+        figure = Figure(figsize=(width, height))
         grid = figure.add_gridspec(
-            rows, columns, left=0.6 / (_WIDTH * columns), right=1 - 0.35 / (_WIDTH * columns), top=1 - 0.3 / (_HEIGHT * rows),
-            bottom=0.85 / (_HEIGHT * rows + 0.45), wspace=0.22, hspace=0.42,
-        )  # fmt: skip
+            rows,
+            columns,
+            left=0.6 / width,
+            right=1 - 0.4 / width,
+            top=1 - 0.45 / height,
+            bottom=(_FOOT + 0.1) / height,
+            wspace=0.24,
+            hspace=0.4,
+        )
         for i, panel in enumerate(panels):
-            inner = grid[i // columns, i % columns].subgridspec(2, 1, height_ratios=[1, 2.1], hspace=0.08)
+            cell = grid[i // columns, i % columns]
+            inner = cell.subgridspec(2, 1, height_ratios=[1, 2.1], hspace=0.08)
             axes = figure.add_subplot(inner[1])
             _waveforms(axes, panel, times, gap_s)
             axes.set_ylim(low, high)
             axes.set_ylabel(f"{channel} (µV)" if i % columns == 0 else "")
-            axes.set_xlabel("time from onset (ms)" if i // columns == rows - 1 or i + columns >= len(panels) else "")
+            axes.set_xlabel("time from onset (ms)" if i + columns >= len(panels) else "")
             _maps(figure, inner[0], panel, info, placed, limit)
-            axes.text(-0.12, 1.62, chr(65 + i % 26), transform=axes.transAxes, fontsize=11, fontweight="bold", va="top")
-            axes.set_title(panel.title, y=1.5)
+            place = cell.get_position(figure)
+            left, top = place.x0 - 0.45 / width, place.y1 + 0.38 / height
+            figure.text(left, top, _LETTERS[i % len(_LETTERS)], fontsize=11, fontweight="bold", va="top")
+            figure.text(left + 0.22 / width, top - 0.02 / height, panel.title, fontsize=9, va="top")
         _legend(figure, panels, gap_s)
-        if note:
-            figure.text(0.01, 0.005, note, fontsize=6.5, color=GREY, va="bottom")
+        figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
         save(figure, path)
 
 
@@ -176,13 +186,11 @@ def _limit(maps: Sequence[Map]) -> float:
 
 
 def _range(panels: Sequence[Panel]) -> tuple[float, float]:
-    lows, highs = zip(
-        *[(float((t.mean - t.error).min()), float((t.mean + t.error).max())) for p in panels for t in p.traces],
-        strict=True,
-    )
-    low, high = min(lows), max(highs)
-    room = 0.06 * (high - low) or 1.0
-    return low - 3 * room, high + room
+    edges = [t.mean + sign * t.error for p in panels for t in p.traces for sign in (-1, 1)]
+    edges += [p.background for p in panels if p.background is not None]
+    low, high = min(float(e.min()) for e in edges), max(float(e.max()) for e in edges)
+    room = 0.05 * (high - low) or 1.0
+    return low - 3 * room, high + room  # the legend lies below
 
 
 def _spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -18,6 +18,8 @@ from hrcneuro.stages.group_contrasts import Averages, Tested, Trials
 Floats = NDArray[np.float64]
 
 _MAPS = 4
+# So many conditions are also shown one by one, all channels behind the chosen one.
+_FEW = 3
 # Maps closer together show the same component twice.
 _APART_S = 0.08
 
@@ -25,7 +27,7 @@ _APART_S = 0.08
 def of_subject(
     trials: Trials, data: Floats, cells: Sequence[Cell], means: Floats, config: Any, channel: str, gap_s: float
 ) -> list[Panel]:
-    """Return a panel a contrast over all scenarios, or, where there is none, a panel a condition.
+    """Return a panel a contrast over all scenarios; without contrast, or with few conditions, a panel a condition too.
 
     Args:
         trials: The epochs.
@@ -45,16 +47,18 @@ def of_subject(
         error = standard_error(data[mask_of[name], row]) if config.overlap == "keep" else np.zeros(len(trials.times))
         return Trace(f"{name} ({int(mask_of[name].sum())})", mean_of[name][row], error, colour)
 
-    def maps(values: Floats) -> list[Map]:
-        return _maps(values, None, trials.times, gap_s, config.map_times_s)
+    def maps(values: Floats, stop_s: float) -> list[Map]:
+        return _maps(values, None, trials.times, stop_s, config.map_times_s)
 
     panels = [
-        Panel(name, [trace(minus, CONTINUATION), trace(plus, hues[plus])], maps(mean_of[plus] - mean_of[minus]))
+        Panel(name, [trace(minus, CONTINUATION), trace(plus, hues[plus])], maps(mean_of[plus] - mean_of[minus], gap_s))
         for name, (plus, minus) in config.contrasts.items()
         if plus in mean_of and minus in mean_of
     ]
-    return panels or [
-        Panel(name, [trace(name, hues.get(name, CONTINUATION))], maps(mean), background=mean)
+    if panels and len(mean_of) > _FEW:
+        return panels
+    return panels + [
+        Panel(name, [trace(name, hues.get(name, CONTINUATION))], maps(mean, np.inf), background=mean)
         for name, mean in mean_of.items()
     ]
 
@@ -95,11 +99,11 @@ class Group:
 
 
 def _maps(
-    values: Floats, significant: NDArray[np.bool_] | None, times: Floats, gap_s: float, wanted: Sequence[float]
+    values: Floats, significant: NDArray[np.bool_] | None, times: Floats, stop_s: float, wanted: Sequence[float]
 ) -> list[Map]:
-    """Return maps at the wanted times, else where the map is most pronounced before the next onset may come."""
+    """Return maps at the wanted times, else where the map is most pronounced up to ``stop_s`` (the end if NaN)."""
     if not wanted:
-        stop = float(gap_s) if np.isfinite(gap_s) else float(times[-1])
+        stop = float(stop_s) if np.isfinite(stop_s) else float(times[-1])
         strength = values.std(axis=0)
         if significant is not None and significant.any():
             # Where something is significant, show that; the factor only sets it above all else.

@@ -82,7 +82,7 @@ class Drawing:
         picked = [list(self.axes["channel"]).index(name) for name in self.shown]
         limit = float(np.quantile(np.abs([row.values[picked] for row in rows]), 0.995)) or 1.0
         with rc_context(STYLE):
-            width, height = 2.1 * len(picked) + 1.5, 1.35 * len(rows) + 0.9
+            width, height = 2.1 * len(picked) + 1.5, 1.35 * len(rows) + 1.2
             figure = Figure(figsize=(width, height))
             grid = figure.add_gridspec(
                 len(rows),
@@ -90,7 +90,7 @@ class Drawing:
                 left=0.75 / width,
                 right=1 - 0.75 / width,
                 top=1 - 0.35 / height,
-                bottom=0.72 / height,
+                bottom=0.85 / height,
                 wspace=0.1,
                 hspace=0.38,
             )
@@ -109,7 +109,7 @@ class Drawing:
             bar.ax.set_title(unit, fontsize=7, pad=4)
             bar.solids.set_alpha(1)
             bar.outline.set_linewidth(0.4)
-            figure.text(0.01, 0.05 / height, note, fontsize=6.5, color=GREY, va="bottom")
+            figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
             legend_below(figure, [], self.gap_s)
             save(figure, path)
 
@@ -125,6 +125,6 @@ class Drawing:
             if len(frequencies) > 1:
                 axes.contour(times, frequencies, mask.astype(float), levels=[0.5], colors="k", linewidths=0.6)
         axes.axvline(0, color="0.3", lw=0.6)
-        shade_gap(axes, self.gap_s, float(times[-1]) / 1000)
+        shade_gap(axes, self.gap_s, float(times[-1]) / 1000, above=True)
         axes.set_xlim(times[0], times[-1])
         return image

@@ -40,10 +40,12 @@ def colours(names: Sequence[str]) -> dict[str, str]:
     return {name: COLOURS[families.index(name.split("_")[0]) % len(COLOURS)] for name in names}
 
 
-def shade_gap(axes: Axes, gap_s: float, stop_s: float) -> None:
-    """Hatch the time (ms) after the shortest gap between onsets: the next response may lie there."""
+def shade_gap(axes: Axes, gap_s: float, stop_s: float, *, above: bool = False) -> None:
+    """Hatch the time (ms) after the shortest gap between onsets, below or above all else: responses may overlap."""
     if math.isfinite(gap_s) and gap_s < stop_s:
-        axes.axvspan(gap_s * 1000, stop_s * 1000, facecolor="none", edgecolor="0.86", hatch="////", lw=0, zorder=0.5)
+        ink: Any = (0, 0, 0, 0.16) if above else "0.86"
+        order = 4 if above else 0.5
+        axes.axvspan(gap_s * 1000, stop_s * 1000, facecolor="none", edgecolor=ink, hatch="////", lw=0, zorder=order)
 
 
 def legend_below(figure: Figure, patches: list[Patch], gap_s: float) -> None:
@@ -52,4 +54,13 @@ def legend_below(figure: Figure, patches: list[Patch], gap_s: float) -> None:
         text = f"the next onset may fall here (shortest gap {gap_s * 1000:.0f} ms)"
         patches = [*patches, Patch(facecolor="none", edgecolor="0.75", hatch="////", lw=0, label=text)]
     if patches:
-        figure.legend(handles=patches, loc="lower right", ncol=len(patches), fontsize=6.5, borderaxespad=0.3)
+        place = (0.1 / figure.get_figwidth(), 0.2 / figure.get_figheight())
+        figure.legend(
+            handles=patches,
+            loc="lower left",
+            bbox_to_anchor=place,
+            ncol=len(patches),
+            fontsize=6.5,
+            borderaxespad=0,
+            borderpad=0,
+        )

@@ -1,0 +1,85 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.eeg.selection import cells, nearest_channel, shortest_gap_s
+from hrcneuro.errors import ConfigError
+
+STUDY = pd.DataFrame(
+    {
+        "event": "move",
+        "scenario": ["sC", "iC", "iC", "sC", None],
+        "condition_after": ["HH", "HH", "HR", None, "HH"],
+        "error": [False, True, False, None, None],
+        "soa_s": [0.9, None, 0.7, 0.8, 1.1],
+    }
+)
+
+
+def test_cells_are_scenario_by_condition_with_all_first():
+    found = cells(
+        STUDY, {"HH": "condition_after == 'HH'", "ok": "condition_after == 'HH' and not error"}, split="scenario"
+    )
+    assert [(c.label, c.n) for c in found] == [
+        ("all/HH", 3),
+        ("all/ok", 2),  # a missing error counts as none
+        ("iC/HH", 1),
+        ("iC/ok", 0),
+        ("sC/HH", 1),
+        ("sC/ok", 1),
+    ]
+    np.testing.assert_array_equal(found[0].mask, [True, True, False, False, True])
+
+
+def test_scenarios_partition_the_trials_that_have_one():
+    found = {c.scenario: c.n for c in cells(STUDY, {"any": "event == 'move'"}, split="scenario")}
+    assert found == {"all": 5, "iC": 2, "sC": 2}
+
+
+def test_a_foreign_study_has_empty_columns():
+    trials = pd.DataFrame({"event": ["square", "rt"], "scenario": [None, None], "error": [None, None]})
+    trials["condition_before"] = np.nan
+    conditions = {"square": "event == 'square'", "ok": "not error", "HH": "condition_before == 'HH'"}
+    assert [(c.label, c.n) for c in cells(trials, conditions, split="scenario")] == [
+        ("all/square", 1),
+        ("all/ok", 2),
+        ("all/HH", 0),
+    ]
+
+
+def test_numbers_may_split():
+    trials = pd.DataFrame({"event": ["a", "a", "b"], "block": [2, 1, 2]})
+    assert [c.label for c in cells(trials, {"a": "event == 'a'"}, split="block")] == ["all/a", "1/a", "2/a"]
+
+
+@pytest.mark.parametrize(
+    ("query", "told"),
+    [
+        ("condition_befor == 'HH'", "condition_befor"),
+        ("soa_s + 1", "float64 values, not true or false"),
+        ("soa_s >", "cannot be evaluated"),
+    ],
+)
+def test_a_bad_query_names_itself_and_the_columns(query, told):
+    with pytest.raises(ConfigError, match=told) as caught:
+        cells(STUDY, {"mine": query})
+    assert f"conditions.mine = {query!r}" in caught.value.problem
+    if told != "float64 values, not true or false":
+        assert "soa_s" in caught.value.cure
+
+
+def test_a_misspelt_split_is_corrected():
+    with pytest.raises(ConfigError, match="did you mean 'scenario'"):
+        cells(STUDY, {"any": "event == 'move'"}, split="scenaro")
+
+
+def test_shortest_gap():
+    assert shortest_gap_s(STUDY) == 0.7
+    assert np.isnan(shortest_gap_s(STUDY[1:2]))
+    assert np.isnan(shortest_gap_s(STUDY[["event"]]))
+
+
+def test_nearest_channel():
+    assert nearest_channel("cz", ["Fz", "CZ"]) == "CZ"
+    assert nearest_channel("Cz", ["F3", "Oz", "Pz"]) == "Pz"
+    assert nearest_channel("Cz", ["A1", "A2"]) == "A1"
