@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +16,11 @@ import typer
 from hrcneuro.errors import HrcError, StageError
 from hrcneuro.options import Options
 
-INTERRUPTED = 130
+
+class Interrupted(HrcError):
+    """Ctrl-C, or a request to end from the system (exit code 130)."""
+
+    exit_code = 130
 
 
 def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
@@ -22,24 +28,53 @@ def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def run(options: Options, **values: Any) -> None:
+        _end_as_by_interrupt()
         try:
             code = command(options, **values)
-            sys.stdout.flush()
+            if sys.stdout is not None:
+                sys.stdout.flush()
         except KeyboardInterrupt:
-            print("interrupted: nothing half-written is kept; the same command goes on from here", file=sys.stderr)
-            code = INTERRUPTED
-        except BrokenPipeError:
-            # The reader went away (hrcneuro ... | head): no failure of ours, and no complaint at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            code = 0
+            cure = "nothing half-written is kept; the same command goes on from here"
+            code = _fail(name, options, Interrupted("interrupted", cure=cure))
         except HrcError as error:
             code = _fail(name, options, error)
         except Exception as error:
-            cure = "run it again with --debug for the traceback, and please report it as a bug"
-            code = _fail(name, options, StageError(f"unexpected {type(error).__name__}: {error}", cure=cure))
+            if isinstance(error, OSError) and _reader_is_gone():
+                code = _without_a_reader(error)
+            else:
+                cure = "run it again with --debug for the traceback, and please report it as a bug"
+                code = _fail(name, options, StageError(f"unexpected {type(error).__name__}: {error}", cure=cure))
         raise typer.Exit(code)
 
     return run
+
+
+def _end_as_by_interrupt() -> None:
+    # What a scheduler, a shutdown or a closed terminal sends unwinds like Ctrl-C, so that nothing stays behind.
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+
+
+def _reader_is_gone() -> bool:
+    """Return whether standard output cannot be written (a socket of a stage may break too, and that is a failure)."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # What could not be written must not be tried again when the interpreter ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return True
+    return False
+
+
+def _without_a_reader(error: OSError) -> int:
+    if isinstance(error, BrokenPipeError):
+        # hrcneuro ... | head: no failure of ours.
+        return 0
+    print(f"error: standard output cannot be written: {error.strerror}", file=sys.stderr)
+    return StageError.exit_code
 
 
 def _fail(name: str, options: Options, error: HrcError) -> int:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from hrcneuro import config, executors, pipeline, stages
+from hrcneuro.cache.store import guarded
 from hrcneuro.config import Settings
 from hrcneuro.console import Console
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import ConfigError, DataError, HrcError
 from hrcneuro.options import Options
 from hrcneuro.pipelines import Pipeline, read_pipeline
 from hrcneuro.provenance import provenance
@@ -30,7 +32,8 @@ def settings(options: Options, extra: Path | None = None) -> Settings:
 def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     """Bring a stage, and what it stands on, up to date."""
     found = settings(options)
-    return _bring(name, options, found, pipeline.targets(found, [name], subjects or ()))[0]
+    items = _bring(options, found, pipeline.targets(found, [name], subjects or ()))
+    return console(options).finish(name, items)
 
 
 def with_sweep(options: Options, axes: Sequence[str]) -> Options:
@@ -53,12 +56,14 @@ def run(options: Options, path: Path | None) -> int:
     default = Path("pipelines/paper.toml")
     plan = read_pipeline(path or default) if path or default.is_file() else Pipeline()
     found = settings(options, plan.config)
-    wanted = pipeline.targets(found, plan.stages, plan.subjects)
-    code, items = _bring("run", options, found, wanted)
-    if options.dry_run or not plan.report:
-        return code
-    _report(options, found, items)
-    return code
+    items = _bring(options, found, pipeline.targets(found, plan.stages, plan.subjects))
+    flaw = None
+    if plan.report and not options.dry_run:
+        try:
+            _report(options, found, items)
+        except HrcError as error:
+            flaw = error
+    return console(options).finish("run", items, also=flaw)
 
 
 def status(options: Options) -> int:
@@ -68,16 +73,16 @@ def status(options: Options) -> int:
         pipeline.targets(found, stages.NAMES, ())
     )
     talk = console(options)
-    if options.json:
-        return talk.finish("status", items)
-    talk.status(items)
-    return 0
+    if not options.json:
+        talk.status(items)
+    return talk.finish("status", items)
 
 
 def path(options: Options, name: str, unit: str, file: str) -> int:
     """Print where an artifact lies."""
     pipeline.check_stage(name)
-    print(Workdir(options.workdir).artifact(name, unit, file))
+    found = str(Workdir(options.workdir).artifact(name, unit, file))
+    print(json.dumps({"command": "path", "ok": True, "path": found}, indent=1) if options.json else found)
     return 0
 
 
@@ -85,7 +90,9 @@ def report(options: Options) -> int:
     """Write the report from what has run so far."""
     found = settings(options)
     items = pipeline.Run(found, Workdir(options.workdir)).plan(pipeline.targets(found, stages.NAMES, ()))
-    _report(options, found, items)
+    written = _report(options, found, items)
+    if options.json:
+        print(json.dumps({"command": "report", "ok": True, "report": str(written)}, indent=1))
     return 0
 
 
@@ -132,12 +139,14 @@ def cache_verify(options: Options) -> int:
         flaw = workdir.cache.diagnose(*name, verify=True)
         if flaw:
             bad["/".join(name)] = flaw
-            workdir.cache.quarantine(*name)
+            # A cache that cannot be written can still be judged.
+            with contextlib.suppress(HrcError):
+                workdir.cache.quarantine(*name)
     if options.json:
         print(json.dumps({"command": "cache verify", "ok": not bad, "entries": len(entries), "bad": bad}, indent=1))
     else:
         for entry, flaw in bad.items():
-            print(f"quarantined {entry}: {flaw}")
+            print(f"bad: {entry}: {flaw}")
         print(f"{len(entries) - len(bad)} of {len(entries)} entries are sound")
     return DataError.exit_code if bad else 0
 
@@ -184,9 +193,7 @@ def config_check(options: Options) -> int:
     return 0
 
 
-def _bring(
-    command: str, options: Options, found: Settings, wanted: Iterable[pipeline.Task]
-) -> tuple[int, list[pipeline.Item]]:
+def _bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task]) -> list[pipeline.Item]:
     talk = console(options)
     walk = pipeline.Run(found, Workdir(options.workdir), verify=options.verify)
     wanted = list(wanted)
@@ -194,23 +201,29 @@ def _bring(
         items = walk.plan(wanted, force=options.force)
         for item in items:
             talk.report(item)
-        return talk.finish(command, items), items
+        return items
     executor = executors.create(options.executor, options.jobs or executors.cores())
     total = len(pipeline.closure(found, wanted))
-    with talk.progress(total), executor:
-        items = walk.run(
-            wanted,
-            executor,
-            force=options.force,
-            provenance=provenance,
-            report=lambda task, item: talk.report(item),
-        )
-    return talk.finish(command, items), items
+    try:
+        with talk.progress(total), executor:
+            return walk.run(
+                wanted,
+                executor,
+                force=options.force,
+                provenance=provenance,
+                report=lambda task, item: talk.report(item),
+            )
+    except BaseException:
+        # The workers are gone by now, perhaps not all of them in peace.
+        walk.workdir.cache.sweep()
+        raise
 
 
-def _report(options: Options, found: Settings, items: Sequence[pipeline.Item]) -> None:
+def _report(options: Options, found: Settings, items: Sequence[pipeline.Item]) -> Path:
     from hrcneuro.report import write_report
 
     workdir = Workdir(options.workdir)
-    written = write_report(found, items, workdir.results / "report.html")
+    with guarded(workdir.results):
+        written = write_report(found, items, workdir.results / "report.html")
     console(options).say(f"report: {written}")
+    return written

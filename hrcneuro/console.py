@@ -97,8 +97,7 @@ class Console:
     def fail(self, command: str, error: HrcError) -> None:
         """Say that a command could not even start."""
         if self.as_json:
-            told = {"problem": error.problem, "cure": error.cure}
-            print(json.dumps({"command": command, "ok": False, "error": told, "items": []}, indent=1))
+            print(json.dumps({"command": command, "ok": False, "error": _told(error), "items": []}, indent=1))
         self.error(error)
 
     def status(self, items: Iterable[Any]) -> None:
@@ -121,24 +120,28 @@ class Console:
             for reason in item.why if item.state != "hit" else ():
                 reasons.setdefault(f"{item.stage}: {reason}", []).append(item.unit)
         for reason, units in reasons.items():
-            rich.print(f"{reason}  ({_span(units)})", markup=False)
+            # Whole, for those who search in it.
+            rich.print(f"{reason}  ({_span(units)})", markup=False, soft_wrap=True)
 
-    def finish(self, command: str, items: Iterable[Any]) -> int:
-        """Print the failures and the closing line, or the JSON document; return the exit code."""
+    def finish(self, command: str, items: Iterable[Any], *, also: HrcError | None = None) -> int:
+        """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code."""
         items = list(items)
         failed = [item for item in items if item.state == "failed"]
         if self.as_json:
-            print(json.dumps(document(command, items), indent=1))
+            told = document(command, items)
+            print(json.dumps(told if also is None else {**told, "ok": False, "error": _told(also)}, indent=1))
         seen = set()
         for item in failed:
             text = str(item.error)
             if text not in seen:
                 self.error(item.error, item.trace, of=f"{item.stage} of {item.unit}")
             seen.add(text)
+        if also is not None:
+            self.error(also)
         counts = Counter(item.state for item in items)
         text = ", ".join(f"{n} {state}" for state, n in sorted(counts.items()))
         self.say(f"{command}: {text or 'nothing to do'}")
-        codes = {item.error.exit_code for item in failed}
+        codes = {error.exit_code for error in (*(item.error for item in failed), also) if error is not None}
         return 0 if not codes else codes.pop() if len(codes) == 1 else 1
 
 
@@ -154,11 +157,15 @@ def document(command: str, items: Iterable[Any]) -> dict[str, Any]:
             "seconds": item.seconds,
             "artifacts": item.artifacts,
             "summary": item.summary,
-            **({"error": {"problem": item.error.problem, "cure": item.error.cure}} if item.error else {}),
+            **({"error": _told(item.error)} if item.error else {}),
         }
         for item in items
     ]
     return {"command": command, "ok": not any(r["state"] in ("failed", "blocked") for r in rows), "items": rows}
+
+
+def _told(error: HrcError) -> dict[str, str]:
+    return {"problem": error.problem, "cure": error.cure}
 
 
 def _span(units: list[str]) -> str:

@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from hrcneuro import work
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.errors import ConfigError, StageError, did_you_mean
 
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
@@ -146,6 +146,23 @@ def create(name: str, workers: int) -> Executor:
         raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
     work.one_thread()
     return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)
+
+
+def outcome(future: futures.Future, name: str) -> work.Outcome:
+    """Return what became of a submitted ``work.execute``, also where it never came back."""
+    try:
+        return future.result()
+    except WorkerDied as death:
+        error = StageError(
+            f"the worker of {name} died: {death}",
+            cure="if memory ran out, use fewer workers (-j 1); the same command goes on from here",
+        )
+    except Exception as unknown:
+        error = StageError(
+            f"{name} came to no result: {type(unknown).__name__}: {unknown}",
+            cure="run it again with --executor serial --debug, and please report it as a bug",
+        )
+    return work.Outcome("failed", error=error)
 
 
 def cores() -> int:

@@ -14,8 +14,8 @@ from hrcneuro.cache import fingerprint, why
 from hrcneuro.cache.store import Record
 from hrcneuro.config import Settings
 from hrcneuro.contract import Inputs, Patterns, params
-from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
-from hrcneuro.executors import Executor, WorkerDied
+from hrcneuro.errors import ConfigError, DataError, HrcError, did_you_mean
+from hrcneuro.executors import Executor, outcome
 from hrcneuro.work import Job, Outcome, execute
 from hrcneuro.workdir import Workdir
 
@@ -169,7 +169,7 @@ class Run:
                             break
                 for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done if running else ():
                     task = running.pop(future)
-                    self._finish(task, _outcome(future, task))
+                    self._finish(task, outcome(future, f"{task.stage} of {task.unit}"))
                     report(task, self.items[task])
         finally:
             self.memo.save()
@@ -284,19 +284,3 @@ class Run:
                 self.workdir.point(record)
         except HrcError as error:
             item.state, item.error = "failed", error
-
-
-def _outcome(future: futures.Future, task: Task) -> Outcome:
-    try:
-        return future.result()
-    except WorkerDied as death:
-        error = StageError(
-            f"the worker of {task.stage} of {task.unit} died: {death}",
-            cure="if memory ran out, use fewer workers (-j 1); the same command goes on from here",
-        )
-    except Exception as unknown:
-        error = StageError(
-            f"{task.stage} of {task.unit} came to no result: {type(unknown).__name__}: {unknown}",
-            cure="run it again with --executor serial --debug, and please report it as a bug",
-        )
-    return Outcome("failed", error=error)
