@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import select
 import signal
 import sys
 import threading
@@ -39,8 +40,9 @@ def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
         except HrcError as error:
             code = _fail(name, options, error)
         except Exception as error:
-            if isinstance(error, OSError) and _reader_is_gone():
-                code = _without_a_reader(error)
+            if isinstance(error, BrokenPipeError) and _reader_is_gone():
+                # hrcneuro ... | head: no failure of ours.
+                code = 0
             else:
                 cure = "run it again with --debug for the traceback, and please report it as a bug"
                 code = _fail(name, options, StageError(f"unexpected {type(error).__name__}: {error}", cure=cure))
@@ -59,22 +61,18 @@ def _end_as_by_interrupt() -> None:
 
 
 def _reader_is_gone() -> bool:
-    """Return whether standard output cannot be written (a socket of a stage may break too, and that is a failure)."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        # What could not be written must not be tried again when the interpreter ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return True
-    return False
+    """Return whether nobody reads standard output any more (a socket of a stage may break too: that is a failure)."""
+    stdout = select.poll()
+    stdout.register(1, 0)
+    gone = any(event & select.POLLERR for _, event in stdout.poll(0))
+    if gone:
+        _drop_output()
+    return gone
 
 
-def _without_a_reader(error: OSError) -> int:
-    if isinstance(error, BrokenPipeError):
-        # hrcneuro ... | head: no failure of ours.
-        return 0
-    print(f"error: standard output cannot be written: {error.strerror}", file=sys.stderr)
-    return StageError.exit_code
+def _drop_output() -> None:
+    # What could not be written must not be tried again when the interpreter ends.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _fail(name: str, options: Options, error: HrcError) -> int:
@@ -82,5 +80,11 @@ def _fail(name: str, options: Options, error: HrcError) -> int:
 
     if options.debug:
         traceback.print_exc()
-    Console(as_json=options.json).fail(name, error)
+    try:
+        Console(as_json=options.json).fail(name, error)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        _drop_output()
+        Console().fail(name, error)
     return error.exit_code
