@@ -52,7 +52,8 @@ def effect_sizes(t: Floats, n: int, *, confidence: float = 0.95) -> tuple[Floats
     """Return Cohen's dz = t / √n and the exact interval of the effect in the population.
 
     The interval holds every effect under which the observed t would not be surprising: t follows a noncentral t
-    distribution with noncentrality √n δ. It is solved on a fine grid of t and interpolated (to a thousandth of its width).
+    distribution with noncentrality √n δ. It is solved on a fine grid of t and interpolated, to a thousandth of its
+    width.
 
     Args:
         t: One-sample t values; those beyond 1000, such as the infinite ones, are treated as 1000.
