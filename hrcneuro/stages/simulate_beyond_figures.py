@@ -142,7 +142,7 @@ def sweep(slices: Sequence[tuple[str, pd.DataFrame]], config: Config, path: Path
         if not slices:
             panels[0, 0].text(0.5, 0.5, "a picture needs accuracy and\none more axis", ha="center", va="center")
         figure.suptitle(
-            f"learner: {config.sweep_learner}; lines: 80 % in 10 min at 1 s (solid) and 2 s a trial (dashed); "
+            f"learner: {_NAMES[config.sweep_learner]}; lines: 80 % in 10 min at 1 s (solid) and 2 s a trial (dashed); "
             f"white: not in {config.episodes} episodes",
             fontsize=8,
         )
