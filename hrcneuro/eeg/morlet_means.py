@@ -9,6 +9,8 @@ A wavelet whose spectrum is wide (the kernel's ends cut the slowest one off) goe
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,8 @@ from hrcneuro.eeg.morlet import Wavelets, trial_counts
 NEGLIGIBLE = 1e-6
 # Beyond this number of bins on a side the inverse FFT is quicker than the products.
 WIDE = 80
+# Sets of memberships held at a time: 40 MB of the paper's maps.
+PATTERNS = 64
 # Trials a block: its intermediate arrays should fit the second-level cache.
 BLOCK = 16
 
@@ -33,15 +37,21 @@ def mean_magnitudes(
     Equals :func:`hrcneuro.eeg.morlet.mean_magnitudes` (same arguments, shapes and errors) to about 1e-6.
     """
     counts = trial_counts(data, masks)
-    n_channels, n_times = data.shape[1:]
-    plan = _Plan.of(wavelets, n_times, step)
-    total = np.zeros((len(masks), len(plan.bands), n_channels, plan.grid.n_kept))
+    plan = _Plan.of(wavelets, data.shape[2], step)
     # Trials with the same memberships are summed once, whatever the number of conditions they serve.
     patterns, pattern_of = np.unique(masks.T, axis=0, return_inverse=True)
-    for i, members in enumerate(patterns):
-        if members.any():
-            total[members] += _sum_magnitudes(data, np.flatnonzero(pattern_of.ravel() == i), plan)
-    return total.transpose(0, 2, 1, 3) / counts[:, None, None, None]
+    order = np.argsort(pattern_of, axis=None, kind="stable")
+    order = order[np.isin(order, np.flatnonzero(masks.any(axis=0)))]
+    ids = pattern_of.ravel()[order]
+    shape = (len(plan.bands), data.shape[1], plan.grid.n_kept)
+    total = np.zeros((len(masks), int(np.prod(shape))))
+    for first in range(0, len(patterns), PATTERNS):
+        some = slice(*np.searchsorted(ids, [first, first + PATTERNS]))
+        sums = np.zeros((len(patterns[first : first + PATTERNS]), *shape), np.float32)
+        _add_magnitudes(sums, data, order[some], ids[some] - first, plan)
+        total += patterns[first : first + PATTERNS].T.astype(np.float32) @ sums.reshape(len(sums), -1)
+    means = total / counts[:, None]
+    return means.reshape(-1, *shape).transpose(0, 2, 1, 3)
 
 
 @dataclass(frozen=True)
@@ -74,13 +84,15 @@ class _Narrow:
     def side(self) -> int:
         return len(self.weights) // 2
 
-    def sums(self, spectrum: NDArray[np.complex64], zero: int, n_trials: int, grid: _Grid) -> NDArray[np.float32]:
-        """Return the magnitudes summed over trials, shape (channels, kept samples).
+    def sums(
+        self, spectrum: NDArray[np.complex64], zero: int, edges: Sequence[int], grid: _Grid
+    ) -> NDArray[np.float32]:
+        """Return the magnitudes summed over runs of trials, shape (runs, channels, kept samples).
 
         Args:
             spectrum: Shape (trials × channels, bins).
             zero: Where 0 Hz lies among the bins.
-            n_trials: Number of trials.
+            edges: The first trial of each run, and the number of trials.
             grid: The samples to keep.
         """
         start, rows = zero + self.centre - self.side, len(spectrum)
@@ -94,9 +106,9 @@ class _Narrow:
         np.subtract(down.real, up.real, out=odd[1])
         cosines = even.reshape(2 * rows, -1) @ self.cosine
         sines = odd.reshape(2 * rows, -1) @ self.sine
-        after = _over_trials(_magnitude(cosines - sines), n_trials)
-        before = _over_trials(_magnitude(np.add(cosines, sines, out=cosines)), n_trials)
-        return np.concatenate([before[:, :0:-1], after[:, : grid.n_kept - grid.middle]], axis=1)
+        after = _over_trials(_magnitude(cosines - sines), edges)
+        before = _over_trials(_magnitude(np.add(cosines, sines, out=cosines)), edges)
+        return np.concatenate([before[..., :0:-1], after[..., : grid.n_kept - grid.middle]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -105,12 +117,16 @@ class _Wide:
 
     weights: NDArray[np.float32]
 
-    def sums(self, spectrum: NDArray[np.complex64], zero: int, n_trials: int, grid: _Grid) -> NDArray[np.float32]:
+    def sums(
+        self, spectrum: NDArray[np.complex64], zero: int, edges: Sequence[int], grid: _Grid
+    ) -> NDArray[np.float32]:
         """Return the same as :meth:`_Narrow.sums`; keeping every n-th sample folds the spectrum n times."""
         bins = spectrum[:, zero : zero + grid.length] * self.weights
         folded = bins.reshape(len(bins), grid.step, -1).sum(axis=1)
-        wave = _over_trials(np.abs(scipy.fft.ifft(folded, overwrite_x=True)), n_trials)
-        return np.concatenate([wave[:, wave.shape[1] - grid.middle :], wave[:, : grid.n_kept - grid.middle]], axis=1)
+        wave = _over_trials(np.abs(scipy.fft.ifft(folded, overwrite_x=True)), edges)
+        return np.concatenate(
+            [wave[..., wave.shape[-1] - grid.middle :], wave[..., : grid.n_kept - grid.middle]], axis=-1
+        )
 
 
 @dataclass(frozen=True)
@@ -152,14 +168,30 @@ def _band(spectrum: NDArray[np.float64], centre: int, grid: _Grid) -> _Narrow | 
     return _Narrow(centre, *(part.astype(np.float32) for part in (weights, np.cos(angle), np.sin(angle))))
 
 
-def _sum_magnitudes(data: NDArray[np.floating], trials: NDArray[np.intp], plan: _Plan) -> NDArray[np.float64]:
-    """Return the sum over some trials, shape (wavelets, channels, kept samples)."""
-    total = np.zeros((len(plan.bands), data.shape[1], plan.grid.n_kept))
-    for block in np.array_split(trials, -(-len(trials) // BLOCK)):
-        spectrum = _spectrum(data, block, plan)
-        for band, sums in zip(plan.bands, total, strict=True):
-            sums += band.sums(spectrum, plan.below, len(block), plan.grid)
-    return total
+def _add_magnitudes(
+    sums: NDArray[np.float32],
+    data: NDArray[np.floating],
+    trials: NDArray[np.intp],
+    ids: NDArray[np.intp],
+    plan: _Plan,
+) -> None:
+    """Add each trial's magnitudes to the sum of its pattern.
+
+    Args:
+        sums: Shape (patterns, wavelets, channels, kept samples).
+        data: Epochs, shape (trials, channels, samples).
+        trials: Which trials.
+        ids: The pattern of each of them, in rising order.
+        plan: What to compute.
+    """
+    for start in range(0, len(trials), BLOCK):
+        mine = ids[start : start + BLOCK]
+        spectrum = _spectrum(data, trials[start : start + BLOCK], plan)
+        edges = [0, *(np.flatnonzero(np.diff(mine)) + 1), len(mine)]
+        for i, band in enumerate(plan.bands):
+            found = band.sums(spectrum, plan.below, edges, plan.grid)
+            for pattern, values in zip(mine[edges[:-1]], found, strict=True):
+                sums[pattern, i] += values
 
 
 def _spectrum(data: NDArray[np.floating], block: NDArray[np.intp], plan: _Plan) -> NDArray[np.complex64]:
@@ -180,10 +212,10 @@ def _spectrum(data: NDArray[np.floating], block: NDArray[np.intp], plan: _Plan) 
     return spectrum
 
 
-def _over_trials(rows: NDArray[np.float32], n_trials: int) -> NDArray[np.float32]:
-    """Return the sum over trials of rows (trials × channels), shape (channels, samples)."""
-    total: NDArray[np.float32] = rows.reshape(n_trials, -1, rows.shape[1]).sum(axis=0)
-    return total
+def _over_trials(rows: NDArray[np.float32], edges: Sequence[int]) -> NDArray[np.float32]:
+    """Return the sums over runs of trials of rows (trials × channels), shape (runs, channels, samples)."""
+    trials = rows.reshape(edges[-1], -1, rows.shape[1])
+    return np.stack([trials[start:stop].sum(axis=0) for start, stop in itertools.pairwise(edges)])
 
 
 def _magnitude(parts: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -82,6 +82,13 @@ def test_memberships_decide_and_order_does_not():
     np.testing.assert_array_equal(found, morlet_means.mean_magnitudes(data, masks, wavelets, step=2))
 
 
+def test_more_sets_of_memberships_than_are_held_at_a_time():
+    rng = np.random.default_rng(10)
+    masks = rng.random((9, 200)) < 0.5
+    assert len(np.unique(masks, axis=1).T) > 2 * morlet_means.PATTERNS
+    assert worst(rng.standard_normal((200, 2, 60)), masks, paper(64.0, (4.0, 9.0)), 2) < 1e-5
+
+
 def test_memory_stays_far_below_the_single_trial_maps():
     data = np.random.default_rng(9).standard_normal((160, 27, 717))
     masks = np.ones((2, 160), bool)
