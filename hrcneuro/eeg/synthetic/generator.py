@@ -165,7 +165,7 @@ def _rhythms(session: _Session) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     sites = {"alpha_left": site("O1"), "alpha_right": site("O2"), "alpha_middle": middle / np.linalg.norm(middle)}
     jitter = 0.006 * params.variability
     for name, place in sites.items():
-        gain = topography(place, depth=0.72, tilt=0.6 * places.standard_normal(3), jitter_m=jitter, rng=places)
+        gain = topography(place, depth=0.62, tilt=0.6 * places.standard_normal(3), jitter_m=jitter, rng=places)
         wave = background.shaped_noise(rng, background.peak(f, subject["alpha_hz"], 0.7), samples, sfreq)
         yield name, gain, np.float32(subject["alpha_uv"] / np.sqrt(3)) * wave * watching
     for side in ("C3", "C4"):
