@@ -152,7 +152,7 @@ def test_cluster_test_is_mnes():
     found = cluster_test(x, adjacency)
     threshold = stats.t.ppf(0.975, 7)
     t, clusters, p, _ = mne.stats.permutation_cluster_1samp_test(
-        x.reshape(8, -1), threshold=threshold, n_permutations="all", adjacency=adjacency, verbose="error"
+        x.reshape(8, -1), threshold=threshold, n_permutations=2**7, adjacency=adjacency, verbose="error"
     )
     np.testing.assert_allclose(found.t.ravel(), t, rtol=1e-10)
     for (members, *_), value in zip(clusters, p, strict=True):
@@ -160,6 +160,14 @@ def test_cluster_test_is_mnes():
     assert found.significant[1:3, 6:8].all()
     assert (found.p.ravel()[np.abs(t) <= threshold] == 1).all()
     assert found.high == pytest.approx(threshold)
+
+
+def test_exact_cluster_test_does_not_draw():
+    x = rng(15).standard_normal((7, 3, 10))
+    adjacency = mne.stats.combine_adjacency(3, 10)
+    one, two = (cluster_test(x, adjacency, seed=seed) for seed in (1, 2))
+    np.testing.assert_array_equal(one.p, two.p)
+    assert one.exact
 
 
 def test_cluster_test_with_random_flips_is_seeded():
@@ -176,7 +184,7 @@ def test_cluster_test_without_any_cluster():
 
 
 def test_family_wise_error_of_clusters():
-    # 3 of 64 flips: 4.7 %; over 1000 studies of 8 subjects it was 4.5 %.
+    # 3 of 64 flips: 4.7 %.
     random, adjacency = rng(13), mne.stats.combine_adjacency(2, 6)
     hits = [cluster_test(random.standard_normal((7, 2, 6)), adjacency).significant.any() for _ in range(250)]
     assert 0.015 <= np.mean(hits) <= 0.085
