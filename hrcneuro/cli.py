@@ -21,6 +21,7 @@ app = typer.Typer(
     epilog="Examples:\n\n  hrcneuro preprocess s01\n\n  hrcneuro run pipelines/smoke.toml -j 2",
 )
 cache_app = typer.Typer(help="Look into the cache, check it, clean it.", rich_markup_mode=None, no_args_is_help=True)
+ur10_app = typer.Typer(help="A simulated UR10 controller.", rich_markup_mode=None, no_args_is_help=True)
 config_app = typer.Typer(help="Show or check the configuration.", rich_markup_mode=None, no_args_is_help=True)
 
 Subjects = Annotated[list[str] | None, typer.Argument(help="Subjects; none means everyone, and the group.")]
@@ -103,7 +104,7 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="AXIS=VALUES",
-            help="Also sweep over accuracy, subtasks, chosen, alpha, tau, events or period; repeatable.",
+            help="Sweep over accuracy, subtasks, chosen, alpha, tau, events, period; repeatable. wide: all, 10,125 cells.",
         ),
     ] = None,
 ) -> int:
@@ -207,5 +208,49 @@ def config_check(options: Options) -> int:
     return commands.config_check(options)
 
 
+@_command(
+    "Run a simulated UR10 (CB3) controller that speaks UR's own protocols, until Ctrl-C or SIGTERM.",
+    "ur10 serve --address 127.0.0.2",
+    "ur10 serve --address 127.0.0.2 --fault protective_stop@30 --fault latency=0.02",
+    name="serve",
+    group=ur10_app,
+)
+def ur10_serve(
+    options: Options,
+    address: Annotated[str, typer.Option(help="Where it listens: ports 29998 to 30004.")] = "127.0.0.1",
+    power_off: Annotated[
+        bool, typer.Option("--power-off", help="Start without power, as a box just switched on.")
+    ] = False,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KIND[=VALUE][@SECONDS]", help="Something that goes wrong; repeatable. docs/robot.md lists them."
+        ),
+    ] = None,
+    software: Annotated[str, typer.Option(help="The version it says it is.")] = "3.9.1.64192",
+    programs: Annotated[
+        Path | None, typer.Option(help="A folder of URScript files that the dashboard can load.")
+    ] = None,
+    open_network: Annotated[
+        bool, typer.Option("--open-network", help="Allow an address that others can reach.")
+    ] = False,
+) -> int:
+    """Serve until told to end."""
+    from hrcneuro.ur10.serve import serve
+
+    return serve(
+        address,
+        powered=not power_off,
+        faults=fault or (),
+        version=software,
+        programs=programs,
+        open_network=open_network,
+        as_json=options.json,
+        quiet=options.quiet,
+        verbose=options.verbose,
+    )
+
+
 app.add_typer(cache_app, name="cache")
+app.add_typer(ur10_app, name="ur10")
 app.add_typer(config_app, name="config")

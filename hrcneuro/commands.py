@@ -44,9 +44,15 @@ def with_sweep(options: Options, axes: Sequence[str]) -> Options:
     """
     added = []
     for text in axes:
+        if text == "wide":
+            wide = stages.load("simulate").WIDE_SWEEP
+            added += [f"simulate.sweep.{axis}={list(values)}" for axis, values in wide.items()]
+            continue
         axis, equals, values = text.partition("=")
         if not equals or not axis.strip() or not values.strip():
-            raise ConfigError(f"--sweep {text!r} names no values", cure="write --sweep accuracy=55,60,65")
+            raise ConfigError(
+                f"--sweep {text!r} names no values", cure="write --sweep accuracy=55,60,65, or --sweep wide"
+            )
         added.append(f"simulate.sweep.{axis.strip()}=[{values}]")
     return replace(options, set=[*(options.set or []), *added])
 

@@ -9,6 +9,9 @@ A stage module (``hrcneuro/stages/NAME.py``) has these parts, in this order:
 ``check(config)``   sentences that say which values contradict each other
 ``run(config, inputs, out)``        writes the subject's artifacts into ``out``, returns the JSON summary
 ``run_group(config, inputs, out)``  the same for the group
+
+A group whose work is long may be cut: ``parts(config)`` names further units, ``run_part`` computes one of them without
+inputs, and ``run_group`` finds their files under its own stage's name.
 """
 
 from __future__ import annotations

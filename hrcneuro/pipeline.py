@@ -58,12 +58,17 @@ class Item:
 def needs(settings: Settings, task: Task) -> dict[Task, tuple[str, ...]]:
     """Return the tasks that a task reads from, and the file patterns that it reads."""
     stage = stages.load(task.stage)
+    config = settings.sections[task.stage]
+    parts = stage.parts(config) if hasattr(stage, "parts") else ()
+    if task.unit in parts:
+        return {}
     if hasattr(stage, "inputs"):
-        patterns: Patterns = stage.inputs(settings.sections[task.stage])
+        patterns: Patterns = stage.inputs(config)
     else:
         patterns = stage.GROUP_INPUTS if task.unit == GROUP else stage.INPUTS
     units = settings.included if task.unit == GROUP else (task.unit,)
-    return {Task.of(name, unit): files for name, files in patterns.items() for unit in units}
+    found = {Task.of(name, unit): files for name, files in patterns.items() for unit in units}
+    return found | {Task.of(task.stage, part): ("*",) for part in parts}
 
 
 def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -> list[Task]:

@@ -66,7 +66,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
     stage = stages.load(job.stage)
-    run = stage.run_group if job.unit == "group" else stage.run
+    run = stage.run_group if job.unit == "group" else getattr(stage, "run_part", None) or stage.run
     with store.workspace(job.stage, job.unit, job.key) as work, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.

@@ -60,11 +60,30 @@ class House:
 
         return SimpleNamespace(LIBS=(), GROUP_INPUTS={"scale": ("*.txt",)}, Config=Config, run_group=run_group)
 
+    @property
+    def long(self):
+        def run_part(config, inputs, out):
+            self.calls.append(("long", inputs.unit))
+            (out / "part.txt").write_text(inputs.unit)
+            return {}
+
+        def run_group(config, inputs, out):
+            units = inputs.units("long")
+            (out / "all.txt").write_text("".join(inputs.path("long", "part.txt", unit=u).read_text() for u in units))
+            return {"units": list(units)}
+
+        def parts(config):
+            return ("part-1", "part-2")
+
+        return SimpleNamespace(
+            LIBS=(), GROUP_INPUTS={}, Config=Config, run_group=run_group, run_part=run_part, parts=parts
+        )
+
 
 @pytest.fixture
 def house(monkeypatch):
     house = House()
-    monkeypatch.setattr(stages, "NAMES", ("source", "scale", "total"))
+    monkeypatch.setattr(stages, "NAMES", ("source", "scale", "total", "long"))
     monkeypatch.setattr(stages, "load", house.load)
     monkeypatch.setattr(pipeline, "_BEFORE_EXCLUSION", ("source",))
     return house
@@ -76,7 +95,7 @@ def workdir(tmp_path):
 
 
 def settings(subjects=("a", "b"), exclude=(), **gains):
-    sections = {name: Config(gain=gains.get(name, 1)) for name in ("source", "scale", "total")}
+    sections = {name: Config(gain=gains.get(name, 1)) for name in ("source", "scale", "total", "long")}
     return Settings(Study(subjects=subjects, exclude=exclude), Shared(), sections)
 
 
@@ -183,6 +202,13 @@ def test_moving_the_working_folder_keeps_every_hit(house, tmp_path):
     bring(settings(), Workdir(tmp_path / "here"))
     (tmp_path / "here").rename(tmp_path / "there")
     assert set(states(bring(settings(), Workdir(tmp_path / "there"))).values()) == {"hit"}
+
+
+def test_a_long_group_is_cut_into_parts_that_are_kept(house, workdir):
+    first = bring(settings(), workdir, names=("long",))
+    assert states(first) == {"long part-1": "ran", "long part-2": "ran", "long group": "ran"}
+    assert first[-1].summary == {"units": ["part-1", "part-2"]}
+    assert set(states(bring(settings(), workdir, names=("long",))).values()) == {"hit"}
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,6 +39,8 @@ WIDE_SWEEP: dict[str, tuple[float, ...]] = {
     "events": (5.0, 10.0, 20.0),
     "period": (0.0, 20.0, 40.0),
 }
+# More than any machine's workers, few enough that each part is worth a process.
+SWEEP_PARTS = 16
 SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
 
 
@@ -150,11 +153,27 @@ def _check_sweep(config: Config) -> list[str]:
     return mistakes
 
 
+def parts(config: Config) -> tuple[str, ...]:
+    """Return the units that a sweep is cut into; none without a sweep. Results do not depend on their number."""
+    cells = math.prod(len(values) for values in config.sweep.values()) if config.sweep else 0
+    return tuple(f"sweep-{i + 1:02d}" for i in range(min(cells, SWEEP_PARTS)))
+
+
+def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Run one part of the sweep; write its ``sweep.parquet``."""
+    from hrcneuro.stages import simulate_sweep
+
+    units = parts(config)
+    table = simulate_sweep.part_table(config, units.index(inputs.unit), len(units))
+    simulate_sweep.write_part(table, out)
+    return {"cells": len(table)}
+
+
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Run SIM1-4, compare learners, show the confound, sweep where asked to; write tables and figures."""
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.simulations import run_curves
-    from hrcneuro.stages import simulate_beyond, simulate_figures, simulate_tables
+    from hrcneuro.stages import simulate_beyond, simulate_figures, simulate_sweep, simulate_tables
     from hrcneuro.stages.simulate_decoders import empirical
 
     heard = empirical(config, inputs)
@@ -169,6 +188,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         write_table(rows, out / name, table)
     simulate_figures.fig4(variants, curves, expected, out / "fig4.png")
     simulate_beyond.write(variants, heard, _task(config), config, out)
+    if config.sweep:
+        simulate_sweep.write([inputs.path("simulate", "sweep.parquet", unit=u) for u in parts(config)], config, out)
     return summary(variants, curves)
 
 

@@ -19,7 +19,7 @@ from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.simulations import Curve, Variant, run_curves
 from hrcneuro.learning.task import Task
-from hrcneuro.stages import simulate_beyond_figures, simulate_sweep
+from hrcneuro.stages import simulate_beyond_figures
 from hrcneuro.stages.simulate_tables import CURVES, curve_rows
 
 if TYPE_CHECKING:
@@ -120,9 +120,6 @@ def write(variants: Sequence[Variant], heard: Empirical, task: Task, config: Con
         rows = curve_rows(worlds, curves).drop(columns="simulation")
         write_table(rows, out / "confound.parquet", CONFOUND)
         simulate_beyond_figures.confound(worlds, curves, out / "confound.png")
-    if config.sweep:
-        cells = simulate_sweep.cells(config)
-        simulate_sweep.write(simulate_sweep.run_part(config, cells), config, out)
 
 
 def confound_variants(rates: Rates, task: Task) -> list[Variant]:

@@ -1,7 +1,6 @@
 """The sweep of the stage simulate: its cells, how they are shared among workers, its table and its picture.
 
-Whoever has workers calls ``cells(config)``, hands each of ``parts`` to :func:`run_part` and gives all results to
-:func:`write`; the stage itself does the same with one part.
+Each part is a unit of its own in the pipeline, so that parts run side by side and a finished one is kept.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from hrcneuro.io.tables import Column, Table, write_table
+from hrcneuro.io.tables import Column, Table, read_table, write_table
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.sweep import AXES, Cell, Reached, columns, grid, run_cells
+from hrcneuro.learning.sweep import AXES, Cell, columns, grid, parts, run_cells
 
 if TYPE_CHECKING:
     from hrcneuro.stages.simulate import Config
@@ -57,26 +56,37 @@ def cells(config: Config) -> list[Cell]:
     return grid(config.sweep, otherwise=otherwise)
 
 
-def run_part(config: Config, some: Sequence[Cell]) -> list[Reached]:
-    """Return what learning comes to in some of the cells; picklable, and independent of how cells are shared."""
+def part_table(config: Config, index: int, count: int) -> pd.DataFrame:
+    """Return what learning comes to in one of ``count`` parts of the cells; it does not depend on how they are cut."""
+    all_cells = cells(config)
+    runs = parts(all_cells, count)
+    some = runs[index] if index < len(runs) else []
     kind = None
     if config.sweep_learner != "paper":
         kind = kinds(alpha=config.alpha, ddof=config.ddof, horizon=config.horizon)[config.sweep_learner]
-    return run_cells(
+    found = run_cells(
         some, kind, episodes=config.episodes, repetitions=config.sweep_repetitions, seed=config.seed, level=LEVEL
     )
-
-
-def write(found: Sequence[Reached], config: Config, out: Path) -> pd.DataFrame:
-    """Write ``sweep.parquet`` and ``sweep.png``; return the table."""
-    from hrcneuro.stages import simulate_beyond_figures
-
     table = pd.DataFrame(columns(found))
     table["trials"] = table["episode"] * table["events"]
     table["minutes_1s"], table["minutes_2s"] = table["trials"] / 60.0, table["trials"] / 30.0
     whole = ["events", "subtasks", "chosen", "period"]
     table[whole] = table[whole].astype(int)
-    write_table(table[list(SWEEP.columns)], out / "sweep.parquet", SWEEP)
+    return table[list(SWEEP.columns)]
+
+
+def write_part(table: pd.DataFrame, out: Path) -> None:
+    """Write one part's ``sweep.parquet``."""
+    write_table(table, out / "sweep.parquet", SWEEP)
+
+
+def write(paths: Sequence[Path], config: Config, out: Path) -> pd.DataFrame:
+    """Join the parts' tables; write ``sweep.parquet`` and ``sweep.png``; return the table."""
+    from hrcneuro.stages import simulate_beyond_figures
+
+    tables = [table for table in map(read_table, paths) if len(table)]
+    table = pd.concat(tables, ignore_index=True)
+    write_table(table, out / "sweep.parquet", SWEEP)
     simulate_beyond_figures.sweep(slices(table, config), config, out / "sweep.png")
     return table
 

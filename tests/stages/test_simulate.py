@@ -61,8 +61,12 @@ def test_the_band_of_100_repetitions_covers_the_printed_points(plain):
 def test_same_configuration_same_bytes(tmp_path):
     config = dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 80.0), "period": (0.0, 4.0), "alpha": (0.05, 0.2)})
     for name in ("one", "two"):
+        folders = {unit: tmp_path / f"{name}-parts" / unit for unit in simulate.parts(config)}
+        for unit, folder in folders.items():
+            folder.mkdir(parents=True)
+            simulate.run_part(config, Inputs(unit, {}), folder)
         (tmp_path / name).mkdir()
-        simulate.run_group(config, NOTHING, tmp_path / name)
+        simulate.run_group(config, Inputs.of("group", simulate=folders), tmp_path / name)
     files = sorted(p.name for p in (tmp_path / "one").iterdir())
     assert files == [
         "analytic.parquet",
@@ -143,6 +147,19 @@ def test_the_wide_sweep_is_large_and_allowed():
     config = dataclasses.replace(SMALL, sweep=simulate.WIDE_SWEEP)
     assert simulate.check(config) == []
     assert len(cells(config)) == 10_125
+
+
+def test_a_sweep_does_not_depend_on_how_it_is_cut(tmp_path):
+    import pandas as pd
+
+    from hrcneuro.stages.simulate_sweep import part_table
+
+    config = dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 80.0), "subtasks": (2.0, 4.0)}, sweep_repetitions=20)
+    whole = part_table(config, 0, 1)
+    cut = pd.concat([part_table(config, i, 3) for i in range(3)], ignore_index=True)
+    pd.testing.assert_frame_equal(whole, cut)
+    assert simulate.parts(dataclasses.replace(config, sweep={})) == ()
+    assert len(simulate.parts(dataclasses.replace(config, sweep=simulate.WIDE_SWEEP))) == simulate.SWEEP_PARTS
 
 
 def test_learners_differ_and_say_by_how_much(plain):
