@@ -1,0 +1,143 @@
+"""Whatever ends a run, what is visible is whole, and the next run goes on from there."""
+
+import contextlib
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+
+import pytest
+from tiny_study import alive, half_written, kill_group, wait_for
+
+# Somebody who pressed Ctrl-C waits this long; generous, since test machines are shared.
+SOON_S = 15.0
+
+
+@pytest.fixture
+def run(start, tiny):
+    """Start the tiny pipeline in ``study``; whatever is left of it ends with the test."""
+    begun = []
+
+    def launch(*arguments):
+        process = start("run", tiny / "pipeline.toml", "--workdir", tiny / "study", *arguments)
+        begun.append(process)
+        return process
+
+    yield launch
+    for process in begun:
+        kill_group(process)
+        process.communicate()
+
+
+def at_work(tiny, stage="*"):
+    """Return the temporary folders of a stage, once there are any."""
+    return wait_for(lambda: sorted(tiny.glob(f"study/cache/{stage}/*/.tmp-*")))
+
+
+def sound(hrcneuro, workdir):
+    """Every visible entry verifies."""
+    done = hrcneuro("cache", "verify", "--json", "--workdir", workdir)
+    assert done.code == 0, done.out
+    return done.json["entries"]
+
+
+def test_after_kill_9_at_random_instants_all_entries_verify_and_the_next_run_completes(hrcneuro, run, tiny):
+    draw = random.Random(7)
+    for _ in range(4):
+        process = run("-j", "2")
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(timeout=draw.uniform(0.3, 3.0))
+        # The whole group as the system does when memory is gone, or the parent alone.
+        kill_group(process) if draw.random() < 0.5 else process.kill()
+        process.wait()
+        wait_for(lambda process=process: not alive(process.pid), seconds=SOON_S)
+        sound(hrcneuro, tiny / "study")
+    done = hrcneuro("run", tiny / "pipeline.toml", "--workdir", tiny / "study", "-j", "2", "--json")
+    assert done.code == 0, done.err
+    assert set(done.states.values()) <= {"hit", "ran"}
+    assert sound(hrcneuro, tiny / "study") == len(done.states)
+    assert half_written(tiny) == []
+
+
+@pytest.mark.parametrize(
+    ("number", "whole_group", "arguments"),
+    [
+        (signal.SIGINT, True, ("-j", "2")),
+        (signal.SIGTERM, False, ("-j", "2", "--json")),
+        (signal.SIGTERM, True, ("-j", "2")),
+        (signal.SIGINT, False, ("--executor", "serial", "--json")),
+        (signal.SIGHUP, False, ("--executor", "serial")),
+    ],
+    ids=["ctrl-c", "terminate", "terminate-all", "ctrl-c-serial", "hang-up-serial"],
+)
+def test_an_interrupt_ends_it_soon_and_leaves_nothing_half_written(run, tiny, number, whole_group, arguments):
+    process = run(*arguments)
+    at_work(tiny)
+    begin = time.monotonic()
+    os.killpg(process.pid, number) if whole_group else process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert time.monotonic() - begin < SOON_S
+    assert process.returncode == 130
+    assert half_written(tiny) == []
+    wait_for(lambda: not alive(process.pid), seconds=2)
+    assert "the same command goes on from here" in err
+    assert "Traceback" not in err
+    assert "Warning" not in err
+    if "--json" in arguments:
+        assert json.loads(out)["error"]["problem"] == "interrupted"
+
+
+def test_a_killed_worker_costs_its_own_job_only(hrcneuro, run, tiny):
+    process = run("-j", "2", "--json")
+    victim = at_work(tiny, "acquire")[0]
+    os.kill(int(victim.name.rpartition("-")[2]), signal.SIGKILL)
+    out, err = process.communicate(timeout=120)
+    items = {f"{i['stage']} {i['unit']}": i for i in json.loads(out)["items"]}
+    unit = victim.parent.name
+    other = {"s01": "s02", "s02": "s01"}[unit]
+    assert process.returncode == 1
+    assert items[f"acquire {unit}"]["state"] == "failed"
+    assert "SIGKILL" in items[f"acquire {unit}"]["error"]["problem"]
+    assert f"error: acquire of {unit}" in err
+    assert items[f"epoch {unit}"]["state"] == "blocked"
+    assert items[f"epoch {other}"]["state"] == "ran"
+    assert items["simulate group"]["state"] == "ran"
+    again = hrcneuro("run", tiny / "pipeline.toml", "--workdir", tiny / "study", "--json")
+    assert again.code == 0
+    assert again.states[f"epoch {other}"] == "hit"
+    assert half_written(tiny) == []
+
+
+def test_workers_end_with_a_parent_that_was_killed(run, tiny):
+    process = run("-j", "2")
+    at_work(tiny)
+    process.kill()
+    process.wait()
+    wait_for(lambda: not alive(process.pid), seconds=SOON_S)
+
+
+def test_of_six_processes_that_race_for_one_key_one_computes(start, tiny, hrcneuro):
+    racers = [
+        start("simulate", "--config", tiny / "tiny.toml", "--workdir", tiny / "study", "--executor", kind, "--json")
+        for kind in ("serial", "processes") * 3
+    ]
+    ends = [racer.communicate(timeout=120) for racer in racers]
+    assert [racer.returncode for racer in racers] == [0] * 6, ends
+    states = sorted(json.loads(out)["items"][0]["state"] for out, _ in ends)
+    assert states == ["hit"] * 5 + ["ran"]
+    assert sound(hrcneuro, tiny / "study") == 1
+
+
+def test_two_runs_at_once_share_the_work_and_both_succeed(start, tiny):
+    both = [
+        start("run", tiny / "pipeline.toml", "--workdir", tiny / "study", "-j", "1", "--json", "--set", order)
+        for order in ('study.subjects=["s01", "s02"]', 'study.subjects=["s02", "s01"]')
+    ]
+    ends = [process.communicate(timeout=240) for process in both]
+    assert [process.returncode for process in both] == [0, 0], ends
+    computed = [f"{i['stage']} {i['unit']}" for out, _ in ends for i in json.loads(out)["items"] if i["state"] == "ran"]
+    assert sorted(computed) == sorted(set(computed))
+    assert len(computed) == 7
+    assert half_written(tiny) == []
