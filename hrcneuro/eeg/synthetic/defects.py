@@ -114,6 +114,11 @@ def contaminate(rng: np.random.Generator, data_uv: np.ndarray, sfreq: float) -> 
     return pd.DataFrame({"start_s": starts, "stop_s": starts + lengths})
 
 
+def no_jolts() -> pd.DataFrame:
+    """Return the table of jolts of a recording that has none."""
+    return pd.DataFrame({"start_s": np.zeros(0), "stop_s": np.zeros(0)})
+
+
 def _muscle(rng: np.random.Generator, samples: int, sfreq: float) -> np.ndarray:
     """Return muscle noise with an RMS of one within 1-40 Hz, shape (samples,): flat from 18 to 150 Hz."""
     f = frequencies(samples, sfreq)

@@ -96,7 +96,7 @@ def generate(
         data[:, a : a + _BLOCK] += _product(gains, sources[:, a : a + _BLOCK])
     _electrodes(data, session)
     truth["bad_channels"] = defects.plant(streams["defects"], data, sfreq, params=params)
-    truth["jolts"] = defects.contaminate(streams["jolts"], data if contaminated else data[:, :0], sfreq)
+    truth["jolts"] = defects.contaminate(streams["jolts"], data, sfreq) if contaminated else defects.no_jolts()
     jitter = params.trigger_jitter_ms / 1000 * streams["triggers"].standard_normal(len(onset_s))
     triggers = np.clip(np.round((onset_s + jitter) * sfreq), 0, samples - 1).astype(np.int64)
     table.insert(0, "onset_s", onset_s)
@@ -158,7 +158,7 @@ def _rhythms(session: _Session) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     subject["mu_hz"] = params.alpha_hz + 1.0 + 0.6 * float(own[1])
     subject["alpha_uv"] = params.alpha_uv * float(np.exp(0.4 * own[2]))
     subject["mu_uv"] = params.mu_uv * float(np.exp(0.3 * own[3]))
-    human_s = session.onset_s[(session.trials["actor"].astype(object) == "human").to_numpy(dtype=bool)]
+    human_s = session.onset_s[responses.is_(session.trials, "actor", "human")]
     watching = background.desynchronised(samples, sfreq, session.onset_s, from_s=0.15, to_s=0.60, depth=0.25)
     moving = background.desynchronised(samples, sfreq, human_s, from_s=-0.4, to_s=0.4, depth=0.5)
     middle = site("O1") + site("O2")

@@ -31,13 +31,18 @@ def flag(trials: pd.DataFrame, column: str) -> np.ndarray:
     return np.array([bool(v) if not pd.isna(v) else False for v in values], dtype=bool)
 
 
+def is_(trials: pd.DataFrame, column: str, value: str) -> np.ndarray:
+    """Return where a column of strings has the value, bool, shape (n,); what is missing differs from everything."""
+    return np.array([isinstance(v, str) and v == value for v in trials[column]], dtype=bool)
+
+
 def carries(trials: pd.DataFrame, effect: str) -> np.ndarray:
     """Return how many times each move carries the effect's extra positivity, shape (n,), float (0, 1; both: up to 2).
 
     anticipation: the human takes over with the next move. post_error: the move before was an error, whoever acts next.
     turn: the next target differs, whoever acts. both: anticipation and post_error, added.
     """
-    ahead = (trials["condition_before"].astype(object) == "RH").to_numpy(dtype=bool)
+    ahead = is_(trials, "condition_before", "RH")
     if effect == "anticipation":
         return ahead.astype(float)
     if effect == "post_error":
@@ -81,7 +86,7 @@ def single_trials(
         "latency_ms": params.latency_ms + 15.0 * float(own[5]),
     }
     times = carries(trials, params.effect)
-    share = np.where((trials["scenario"].astype(object) == "sC").to_numpy(dtype=bool), params.sequential_share, 1.0)
+    share = np.where(is_(trials, "scenario", "sC"), params.sequential_share, 1.0)
     sigma = params.amplitude_sigma
     spread = np.exp(sigma * rng.standard_normal(n) - sigma**2 / 2)  # mean one
     jitter = np.exp(0.25 * rng.standard_normal((3, n)) - 0.25**2 / 2)
@@ -93,9 +98,7 @@ def single_trials(
             "positivity_uv": (subject["positivity_uv"] + extra) * spread,
             "latency_ms": subject["latency_ms"] + params.latency_sd_ms * rng.standard_normal(n),
             "visual_uv": subject["visual_uv"] * jitter[0],
-            "motor_uv": np.where((trials["actor"].astype(object) == "human").to_numpy(dtype=bool), 1.0, 0.0)
-            * subject["motor_uv"]
-            * jitter[1],
+            "motor_uv": is_(trials, "actor", "human") * subject["motor_uv"] * jitter[1],
             "error_uv": flag(trials, "error") * subject["error_uv"] * jitter[2],
         }
     )

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from scipy.signal import welch
 
-from hrcneuro.eeg.synthetic import EFFECTS, Synthetic, SyntheticParams, generate
+from hrcneuro.eeg.synthetic import EFFECTS, Synthetic, SyntheticParams, generate, generator
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 
@@ -79,6 +79,14 @@ def test_equal_seeds_give_equal_bytes_and_others_do_not(trials):
         same = table.equals(two.truth[name]) if isinstance(table, pd.DataFrame) else table == two.truth[name]
         assert same, name
     assert not np.array_equal(one.data_uv, other.data_uv)
+
+
+@pytest.mark.parametrize("block", [777, 4096])
+def test_bytes_do_not_depend_on_the_size_of_the_blocks(trials, monkeypatch, block):
+    few = trials.iloc[:60]
+    whole = make(few).data_uv.tobytes()
+    monkeypatch.setattr(generator, "_BLOCK", block)
+    assert make(few).data_uv.tobytes() == whole
 
 
 SCRIPT = """

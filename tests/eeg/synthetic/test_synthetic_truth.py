@@ -45,8 +45,8 @@ def without_eyes(x: np.ndarray) -> np.ndarray:
 def test_carriers_are_the_moves_that_each_effect_names():
     trials = pd.DataFrame(
         {
-            "condition_before": ["RH", "RR", None, np.nan, "HR"],
-            "prev_error": [True, True, False, None, False],
+            "condition_before": ["RH", "RR", None, pd.NA, "HR"],
+            "prev_error": [True, True, False, None, np.nan],
             "turn": [False, True, False, None, True],
         }
     )
