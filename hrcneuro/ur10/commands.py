@@ -18,8 +18,23 @@ from hrcneuro.ur10.urscript.runtime import Pose, Routine
 Vector = Sequence[float]
 
 BLOCKING = frozenset(
-    "movej movel movep movec speedj speedl servoj servoc stopj stopl sync sleep popup teach_mode "
-    "move_process".split()
+    [
+        "movej",
+        "movel",
+        "movep",
+        "movec",
+        "speedj",
+        "speedl",
+        "servoj",
+        "servoc",
+        "stopj",
+        "stopl",
+        "sync",
+        "sleep",
+        "popup",
+        "teach_mode",
+        "move_process",
+    ]
 )
 _ENDLESS = 1e9
 
@@ -37,11 +52,6 @@ class Commands:
                 functions[name] = getattr(self, name)
         functions.update(_plain(controller))
         controller.functions = functions
-        self._names = frozenset(functions) - BLOCKING
-
-    @property
-    def _plain_names(self) -> frozenset[str]:
-        return self._names
 
     # --- moves --------------------------------------------------------------------------------------------------
 
@@ -279,7 +289,7 @@ def _plain(c: Controller) -> dict[str, Callable[..., Any]]:
         "set_gravity": nothing, "set_tool_voltage": lambda v: setattr(io, "tool_voltage", int(v)),
         # The arm cannot be pushed: these are taken, and it holds still.
         "force_mode": nothing, "end_force_mode": nothing, "force_mode_set_damping": nothing,
-        "force_mode_set_gain_scaling": nothing, "zero_ftsensor": nothing, "end_teach_mode": nothing,
+        "force_mode_set_gain_scaling": nothing, "zero_ftsensor": nothing, "enable_external_ft_sensor": nothing, "end_teach_mode": nothing,
         "teach_mode": _nothing_takes_time, "freedrive_mode": nothing, "end_freedrive_mode": nothing,
         "read_input_integer_register": take(given.ints), "read_input_float_register": take(given.doubles),
         "read_input_boolean_register": take(given.bits), "read_output_integer_register": take(taken.ints),

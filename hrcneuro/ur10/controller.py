@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from hrcneuro.ur10.arm import CYCLE, MAX_ANGLE, MAX_SPEED, START, ZERO, Arm, Vector
 from hrcneuro.ur10.memory import Memory
-from hrcneuro.ur10.motion import Motion, MotionFault, SpeedJ, SpeedL, ServoJ, StopJ
+from hrcneuro.ur10.motion import Motion, MotionFault, ServoJ, SpeedJ, SpeedL, StopJ
 from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Compiled, Program, Thread
 

@@ -6,8 +6,34 @@ import re
 from typing import NamedTuple
 
 KEYWORDS = frozenset(
-    "and break continue def elif else end enter_critical exit_critical False global halt if join kill local not or "
-    "pass return run sec thread True while xor".split()
+    [
+        "and",
+        "break",
+        "continue",
+        "def",
+        "elif",
+        "else",
+        "end",
+        "enter_critical",
+        "exit_critical",
+        "False",
+        "global",
+        "halt",
+        "if",
+        "join",
+        "kill",
+        "local",
+        "not",
+        "or",
+        "pass",
+        "return",
+        "run",
+        "sec",
+        "thread",
+        "True",
+        "while",
+        "xor",
+    ]
 )
 _TOKEN = re.compile(
     r"""(?P<blank>[ \t\r\f]+|\#[^\n]*)
@@ -20,7 +46,9 @@ _TOKEN = re.compile(
     re.VERBOSE,
 )
 # What may not end a statement: it goes on in the next line, past comments.
-_OPEN = frozenset("+ - * / % = == != < > <= >= , ( [ and or not xor".split()) | {"p["}
+_OPEN = frozenset(
+    ["+", "-", "*", "/", "%", "=", "==", "!=", "<", ">", "<=", ">=", ",", "(", "[", "and", "or", "not", "xor"]
+) | {"p["}
 _WORD = re.compile(r"\"[^\"\n]*\"|'[^'\n]*'|#[^\n]*|\b(def|sec|thread|while|if|end)\b")
 
 

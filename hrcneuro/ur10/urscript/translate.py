@@ -22,12 +22,8 @@ class _Scope:
     def __init__(self, outer: _Scope | None, parameters: Collection[str] = ()) -> None:
         self.outer = outer
         self.assigned = set(parameters)
-        self.functions: dict[str, str] = {}
         self.nonlocals: set[str] = set()
         self.globals: set[str] = set()
-
-    def function(self, name: str) -> bool:
-        return name in self.functions or (self.outer is not None and self.outer.function(name))
 
     def variable(self, name: str) -> bool:
         return name in self.assigned or (self.outer is not None and self.outer.variable(name))
@@ -47,11 +43,8 @@ class Translator:
         self._scope = _Scope(None)
         self.secondary = False
         self.name = ""
-        self._globals = {
-            b.text
-            for a, b in zip(self._tokens, self._tokens[1:], strict=False)
-            if a.text == "global" and a.kind == "keyword" and b.kind == "name"
-        }
+        # Functions may be called above where they are defined.
+        self._globals, self._functions = self._named("global"), self._named("def", "thread")
 
     def source(self) -> str:
         """Return the Python source.
@@ -75,6 +68,10 @@ class Translator:
         declared = ["    global " + ", ".join(f"g_{n}" for n in sorted(self._globals))] if self._globals else []
         return "\n".join(["def program():", "    if False: yield", *declared, *self._lines, ""])
 
+    def _named(self, *words: str) -> set[str]:
+        pairs = zip(self._tokens, self._tokens[1:], strict=False)
+        return {b.text for a, b in pairs if a.kind == "keyword" and a.text in words and b.kind == "name"}
+
     # --- statements ---------------------------------------------------------------------------------------------
 
     def _block(self) -> None:
@@ -88,6 +85,7 @@ class Translator:
         self._skip_newlines()
 
     def _statement(self) -> None:
+        self._part_variable_p()
         token = self._peek()
         if token.kind == "keyword":
             handler = getattr(self, f"_on_{token.text}", None)
@@ -155,7 +153,6 @@ class Translator:
             parameters.append((self._name(), self._expression() if self._take("=") else ""))
             self._take(",")
         self._expect(":")
-        self._scope.functions[name] = f"f_{name}"
         outer, lines, loops = self._scope, self._lines, self._loops
         self._scope, self._lines, self._loops = _Scope(outer, [p for p, _ in parameters]), [], 0
         self._indent += 1
@@ -208,7 +205,8 @@ class Translator:
         self._expect("end")
 
     def _on_return(self) -> None:
-        self._emit("return" if self._peek().kind == "newline" else f"return {self._expression()}")
+        empty = self._peek().kind == "newline" or self._peek().text in _BLOCKS_END
+        self._emit("return" if empty else f"return {self._expression()}")
 
     def _on_break(self) -> None:
         self._jump("break")
@@ -295,6 +293,7 @@ class Translator:
         return value
 
     def _atom(self) -> str:
+        self._part_variable_p()
         token = self._next()
         if token.kind == "number":
             # Leading zeros are no number in Python.
@@ -311,7 +310,7 @@ class Translator:
             return "rt.pose(" + ", ".join(self._list("]")) + ")"
         if token.text == "run":
             name = self._next()
-            if not self._scope.function(name.text):
+            if not name.text in self._functions:
                 raise ScriptError(f"line {name.line}: no thread {name.text!r}")
             self._expect("(")
             return f"rt.run(f_{name.text}({self._arguments('v_')}))"
@@ -323,7 +322,7 @@ class Translator:
 
     def _call(self, token: Token) -> str:
         name = token.text
-        if self._scope.function(name):
+        if name in self._functions:
             return f"(yield from f_{name}({self._arguments('v_')}))"
         arguments = self._arguments()
         if name in self._blocking:
@@ -394,6 +393,12 @@ class Translator:
             raise ScriptError(f"line {token.line}: expected a name, got {token.text.strip() or 'end of line'!r}")
         return token.text
 
+    def _part_variable_p(self) -> None:
+        # p[0] is an element of p where there is a variable of that name, else the beginning of a pose.
+        token = self._peek()
+        if token.text == "p[" and token.kind == "sign" and (self._scope.variable("p") or "p" in self._globals):
+            self._tokens[self._at : self._at + 1] = [Token("name", "p", token.line), Token("sign", "[", token.line)]
+
     def _skip_newlines(self) -> None:
         while self._peek().kind == "newline":
             self._at += 1
@@ -402,7 +407,8 @@ class Translator:
         token = self._peek()
         if token.kind == "newline":
             self._skip_newlines()
-        elif token.kind != "eof" and token.text not in _BLOCKS_END:
+        elif token.kind not in ("eof", "keyword", "name"):
+            # The next statement may begin on the same line, as it does in what ur_rtde uploads.
             raise ScriptError(f"line {token.line}: unexpected {token.text!r} after the statement")
 
     def _emit(self, line: str) -> None:

@@ -1,0 +1,86 @@
+"""Run the simulated controller until it is told to end."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import json
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from hrcneuro.errors import ConfigError
+from hrcneuro.ur10.controller import Controller
+from hrcneuro.ur10.faults import Fault, parse
+from hrcneuro.ur10.server import Server
+
+
+def serve(
+    address: str,
+    *,
+    powered: bool = True,
+    faults: Sequence[str] = (),
+    version: str = "3.9.1.64192",
+    programs: Path | None = None,
+    open_network: bool = False,
+    as_json: bool = False,
+    quiet: bool = False,
+    verbose: bool = False,
+) -> int:
+    """Serve on ``address`` until SIGINT or SIGTERM; return 0.
+
+    Raises:
+        ConfigError: The address is no loopback address and ``open_network`` is not set, or an argument is malformed.
+        HardwareError: The ports are taken.
+    """
+    _check_address(address, open_network)
+    scripts = {p.name: p.read_text(encoding="utf-8") for p in sorted(programs.glob("*"))} if programs else {}
+    controller = Controller(version=_version(version), powered=powered)
+    if verbose:
+        controller.listeners.append(lambda kind, text: print(f"{kind}: {text}", file=sys.stderr, flush=True))
+
+    def ready() -> None:
+        if as_json:
+            print(json.dumps({"command": "ur10 serve", "ok": True, "address": address}), flush=True)
+        elif not quiet:
+            print(f"a simulated UR10 listens on {address}; Ctrl-C ends it", file=sys.stderr, flush=True)
+
+    return asyncio.run(_serve(controller, address, [parse(text) for text in faults], scripts, ready))
+
+
+async def _serve(
+    controller: Controller, address: str, faults: list[Fault], programs: dict[str, str], ready: Callable[[], None]
+) -> int:
+    server = Server(controller, faults=faults, programs=programs)
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, ended.set)
+    await server.start(address)
+    ready()
+    try:
+        await ended.wait()
+    finally:
+        await server.close()
+    return 0
+
+
+def _check_address(address: str, open_network: bool) -> None:
+    try:
+        given = ipaddress.IPv4Address("127.0.0.1" if address == "localhost" else address)
+    except ValueError:
+        raise ConfigError(f"--address {address!r} is no IPv4 address", cure="give one such as 127.0.0.2") from None
+    if not given.is_loopback and not open_network:
+        raise ConfigError(
+            f"--address {address} can be reached from outside this machine, and the controller trusts everyone",
+            cure="give a loopback address (127.x.y.z), or say --open-network if the network is yours",
+        )
+
+
+def _version(text: str) -> tuple[int, int, int, int]:
+    parts = text.split(".")
+    if len(parts) != 4 or not all(part.isdigit() for part in parts) or parts[0] != "3" or int(parts[1]) < 5:
+        raise ConfigError(f"--software {text!r} is no CB3 software", cure="give one such as 3.9.1.64192: 3.5 or later")
+    major, minor, bugfix, build = map(int, parts)
+    return major, minor, bugfix, build

@@ -1,0 +1,261 @@
+"""The controller's sockets and its clock: one asyncio loop, a cycle every 8 ms on an absolute schedule."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol
+
+from hrcneuro.errors import ConfigError, HardwareError
+from hrcneuro.ur10 import dashboard, rtde, streams
+from hrcneuro.ur10.arm import CYCLE
+from hrcneuro.ur10.commands import Commands, compile_names
+from hrcneuro.ur10.controller import Controller
+from hrcneuro.ur10.faults import Fault, Network, Schedule, parse
+from hrcneuro.ur10.urscript.lexer import ScriptError, Splitter
+from hrcneuro.ur10.urscript.runtime import Compiled, compiled
+
+DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS = 29999, 30001, 30002, 30003, 30004, 29998
+_BACKLOG = 1 << 17  # bytes a client may leave unread before packets are left out
+_LATE = 0.5  # s behind, after which cycles are skipped, not made up for
+_QUICK = 2000  # characters of a script that are translated on the spot
+
+
+class _Session(Protocol):
+    def feed(self, data: bytes) -> None: ...
+
+
+class _Connection(asyncio.Protocol):
+    """One client: a transport and a session."""
+
+    def __init__(self, server: Server, port: int) -> None:
+        self._server = server
+        self.port = port
+        self.transport: asyncio.Transport | None = None
+        self.session: _Session | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+        self._server.join(self)
+
+    def connection_lost(self, error: Exception | None) -> None:
+        self._server.leave(self)
+
+    def data_received(self, data: bytes) -> None:
+        if self.session is not None:
+            try:
+                self.session.feed(data)
+            except rtde.ProtocolError:
+                self.close()
+                return
+            if getattr(self.session, "closed", False):
+                self.close()
+
+    def send(self, data: bytes) -> None:
+        """Send, unless the client does not read."""
+        latency = self._server.network.latency
+        if latency > 0.0:
+            asyncio.get_running_loop().call_later(latency, self._send, data)
+        else:
+            self._send(data)
+
+    def _send(self, data: bytes) -> None:
+        if self.transport is None or self.transport.is_closing():
+            return
+        if self.transport.get_write_buffer_size() < _BACKLOG:
+            self.transport.write(data)
+
+    def close(self) -> None:
+        """Close the connection; what was sent still goes out."""
+        if self.transport is not None:
+            self.transport.close()
+
+    def abort(self) -> None:
+        """Cut the connection."""
+        if self.transport is not None:
+            self.transport.abort()
+
+
+class _Scripts:
+    """What a script port takes: programs."""
+
+    def __init__(self, run: Callable[[str], None]) -> None:
+        self._splitter, self._run, self.closed = Splitter(), run, False
+
+    def feed(self, data: bytes) -> None:
+        """Run the programs that ``data`` completes."""
+        try:
+            for script in self._splitter.feed(data.decode("utf-8", "replace")):
+                self._run(script)
+        except ScriptError:
+            self.closed = True
+
+
+class _Faults:
+    """The port for faults: a line each, as on the command line."""
+
+    def __init__(self, schedule: Schedule, send: Callable[[bytes], None]) -> None:
+        self._schedule, self._send, self._buffer, self.closed = schedule, send, b"", False
+
+    def feed(self, data: bytes) -> None:
+        """Bring about what the lines ask for."""
+        *lines, self._buffer = (self._buffer + data).split(b"\n")
+        self.closed = len(self._buffer) > 1000
+        for line in filter(None, (line.decode("utf-8", "replace").strip() for line in lines)):
+            try:
+                self._schedule.apply(parse(line))
+                self._send(b"ok\n")
+            except ConfigError as error:
+                self._send(f"error: {error.problem}\n".encode())
+
+
+class Server:
+    """A controller on the network."""
+
+    def __init__(
+        self, controller: Controller, *, faults: Sequence[Fault] = (), programs: dict[str, str] | None = None
+    ) -> None:
+        """Take over ``controller``; ``programs`` are what the dashboard can load, scripts by file name."""
+        self.controller = controller
+        self.network = Network()
+        self.lateness: deque[float] = deque(maxlen=100_000)  # s, of every cycle
+        self.skipped = 0
+        Commands(controller)
+        self._names = compile_names(controller)
+        self._schedule = Schedule(controller, self.network, faults)
+        self._programs = programs or {}
+        self._clients: dict[int, list[_Connection]] = {
+            port: [] for port in (DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS)
+        }
+        self._taken: dict[str, rtde.Session] = {}
+        self._translator = ThreadPoolExecutor(1, "translate")
+        self._translating: deque[asyncio.Future[Compiled]] = deque()
+        self._servers: list[asyncio.Server] = []
+        self._next = 0.0
+        controller.listeners.append(self._tell)
+
+    async def start(self, address: str) -> None:
+        """Listen on ``address`` and begin the cycles.
+
+        Raises:
+            HardwareError: A port is taken, or the address is not this machine's.
+        """
+        loop = asyncio.get_running_loop()
+        # Translating a long program in the other thread must not hold the interpreter for a whole cycle.
+        sys.setswitchinterval(5e-4)
+        try:
+            for port in self._clients:
+                self._servers.append(
+                    await loop.create_server(lambda port=port: _Connection(self, port), address, port)  # type: ignore[misc]
+                )
+        except OSError as error:
+            await self.close()
+            raise HardwareError(
+                f"the controller cannot listen on {address}:{port}: {error.strerror or error}",
+                cure="stop what listens there, or give another address of this machine: --address 127.0.0.3",
+            ) from None
+        self._next = loop.time() + CYCLE
+        loop.call_at(self._next, self._cycle)
+
+    async def close(self) -> None:
+        """Cut all connections and stop listening."""
+        for clients in self._clients.values():
+            for client in list(clients):
+                client.abort()
+        for server in self._servers:
+            server.close()
+        self._servers = []
+        self._translator.shutdown(wait=False, cancel_futures=True)
+
+    def join(self, client: _Connection) -> None:
+        """Take a new client."""
+        c = self.controller
+        self._clients[client.port].append(client)
+        if client.port == DASHBOARD:
+            client.session = dashboard.Session(c, client.send, programs=self._programs, compile=self._compiled)
+        elif client.port == RTDE:
+            client.session = rtde.Session(c, self._taken, client.send)
+        elif client.port == FAULTS:
+            client.session = _Faults(self._schedule, client.send)
+        else:
+            client.session = _Scripts(self._run)
+            if client.port != REALTIME:
+                client.send(streams.version_message(c))
+
+    def leave(self, client: _Connection) -> None:
+        """Forget a client."""
+        if isinstance(client.session, rtde.Session):
+            client.session.close()
+        if client in self._clients[client.port]:
+            self._clients[client.port].remove(client)
+
+    def _compiled(self, script: str) -> Compiled:
+        return compiled(script, *self._names)
+
+    def _run(self, script: str) -> None:
+        # Scripts run in the order in which they came, so a short one waits for a long one before it.
+        loop = asyncio.get_running_loop()
+        if len(script) > _QUICK or self._translating:
+            future = loop.run_in_executor(self._translator, self._compiled, script)
+            self._translating.append(future)
+            future.add_done_callback(lambda _: self._start_translated())
+            return
+        try:
+            self.controller.start(self._compiled(script))
+        except ScriptError as error:
+            self.controller.tell("error", str(error))
+
+    def _start_translated(self) -> None:
+        while self._translating and self._translating[0].done():
+            future = self._translating.popleft()
+            if future.cancelled():
+                continue
+            error = future.exception()
+            if error is None:
+                self.controller.start(future.result())
+            else:
+                self.controller.tell("error", str(error))
+
+    def _tell(self, kind: str, message: str) -> None:
+        for client in self._clients[PRIMARY]:
+            client.send(streams.text_message(self.controller, kind, message))
+
+    def _cycle(self) -> None:
+        loop = asyncio.get_running_loop()
+        now = loop.time()
+        self.lateness.append(now - self._next)
+        if now - self._next > _LATE:
+            self.skipped += int((now - self._next) / CYCLE)
+            self._next = now
+        self.tick()
+        self._next += CYCLE
+        if self._servers:
+            loop.call_at(self._next, self._cycle)
+
+    def tick(self) -> None:
+        """Go on by a cycle, and send what is due."""
+        c, network = self.controller, self.network
+        self._schedule.cycle()
+        c.cycle()
+        if network.cut:
+            network.cut = False
+            for clients in self._clients.values():
+                for client in list(clients):
+                    client.abort()
+        if network.loses(c.now):
+            return
+        for client in self._clients[RTDE]:
+            assert isinstance(client.session, rtde.Session)
+            client.session.tick()
+        if self._clients[REALTIME]:
+            packet = streams.realtime(c)
+            for client in self._clients[REALTIME]:
+                client.send(packet)
+        if c.cycles % streams.EVERY == 0 and (self._clients[PRIMARY] or self._clients[SECONDARY]):
+            packet = streams.state(c)
+            for client in self._clients[PRIMARY] + self._clients[SECONDARY]:
+                client.send(packet)
