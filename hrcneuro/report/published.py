@@ -1,118 +1,161 @@
-"""The numbers that the paper prints, beside those of this run.
+"""The results that the paper prints, beside those of this run.
 
-Published: Ehrlich et al. 2023, PLoS ONE 18(7) e0287958, doi:10.1371/journal.pone.0287958.
+Published: Ehrlich et al. 2023, PLoS ONE 18(7) e0287958, doi:10.1371/journal.pone.0287958. What is printed of setup and
+parameters is in ``paper.py``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import string
+from collections.abc import Iterator
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
+from hrcneuro.report import facts, measured_brain, measured_learning, measured_moves
+from hrcneuro.report.paper import PARAMETERS, SETUP, Printed
 from hrcneuro.report.results import Results
+from hrcneuro.report.verdicts import grounds
 
-COUNTS = {"HH": (611, 43), "HR": (148, 14), "RR": (530, 25), "RH": (212, 22)}  # 2.5.1
-TRIAL_MS = {"sC": (875.88, 133.91), "iC": (872.34, 131.35)}  # 2.3.1
-REPLACED = (3, 6)  # 2.3.3
-CHANCE = 54.3  # 2.6.2
+COUNTS = {"HH": (611, 43), "HR": (148, 14), "RR": (530, 25), "RH": (212, 22)}
 TABLE_2 = {
     ("sC", "HHvsHR"): {"tnr": (52.0, 3.7), "tpr": (51.4, 5.1), "acc": (51.9, 3.7)},
     ("sC", "RRvsRH"): {"tnr": (52.9, 2.6), "tpr": (53.3, 5.3), "acc": (53.0, 3.0)},
     ("iC", "HHvsHR"): {"tnr": (51.5, 3.4), "tpr": (51.4, 3.5), "acc": (51.4, 3.3)},
     ("iC", "RRvsRH"): {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)},
 }
-SIM1 = {"35": 0.70, "100": 0.80}  # 3.3
+NAMES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC"}
+
+
+@dataclass(frozen=True)
+class Result:
+    """A printed result: the key of what measures it here, its place, the quantity, the figure, the chapter to look at."""
+
+    key: str
+    place: str
+    what: str
+    printed: str
+    chapter: str
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table: where the paper prints it, what, the two figures, and what to make of them."""
+    """One line of a table: where the paper prints it, what, the two figures, the verdict, why, and what kind it is."""
 
     place: str
     what: str
     published: str
     ours: str
-    verdict: str
+    kind: str
+    verdict: str = ""
+    why: str = ""
+    chapter: str = ""
+
+
+def _table_2() -> Iterator[Result]:
+    for (scenario, problem), measures in TABLE_2.items():
+        for name, (mean, sd) in measures.items():
+            star = (scenario, problem) == ("iC", "RRvsRH")
+            place = "Table 2, 2.6.2, 5" if star and name == "acc" else "Table 2, 2.6.2" if star else "Table 2"
+            what = f"{NAMES[name]}, {problem}, {scenario}"
+            yield Result(f"{scenario} {problem} {name}", place, what, f"{mean} ± {sd} %", "decode")
+        word = "above" if (scenario, problem) == ("iC", "RRvsRH") else "not above"
+        yield Result(
+            f"{scenario} {problem} above", "Table 2, 2.6.2", f"{problem}, {scenario}", f"{word} chance", "decode"
+        )
+
+
+RESULTS = (
+    Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch"),
+    Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "robot"),
+    Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "robot"),
+    Result("replaced", "2.3.3", "channels replaced a subject", "3 to 6", "preprocess"),
+    *(
+        Result(f"trials {c}", "2.5.1", f"trials {c}, tr-1 and tr, a subject", f"{m} ± {s} each", "epoch")
+        for c, (m, s) in COUNTS.items()
+    ),
+    Result("half", "2.5.1", "share of the trials in sC", "about half", "epoch"),
+    Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess"),
+    Result("rejected", "2.5.1", "epochs excluded of the others", "0", "epoch"),
+    Result("erp A", "2.6.1, Fig 2A", "ERP, HR against HH before", "no significant difference", "erp"),
+    Result("erp B", "2.6.1, Fig 2B", "ERP, HR against HH after", "no significant difference", "erp"),
+    Result(
+        "erp C", "2.6.1, 4.1, Fig 2C", "ERP, RH against RR before", "larger, prefrontal, about 500 ms, p < 0.05", "erp"
+    ),
+    Result("erp D", "2.6.1, Fig 2D", "ERP, RH against RR after", "no significant difference", "erp"),
+    Result("erp sC", "2.6.1, Fig 3A", "ERP, RH against RR before, sC", "no significant difference", "erp"),
+    Result("erp iC", "2.6.1, Fig 3B", "ERP, RH against RR before, iC", "significant, p < 0.05", "erp"),
+    Result("ersp A", "Fig 2A", "ERSP, HR against HH before", "no significant difference", "ersp"),
+    Result("ersp B", "2.6.1, Fig 2B", "ERSP, HR against HH after", "alpha over motor areas, p < 0.05", "ersp"),
+    Result(
+        "ersp C alpha",
+        "2.6.1, Fig 2C",
+        "ERSP, RH against RR before",
+        "alpha, motor areas, from 700 ms, p < 0.05",
+        "ersp",
+    ),
+    Result(
+        "ersp C theta",
+        "2.6.1, Fig 2C",
+        "ERSP, RH against RR before",
+        "theta, prefrontal, about 500 ms, p < 0.05",
+        "ersp",
+    ),
+    Result("ersp D", "2.6.1, Fig 2D", "ERSP, RH against RR after", "beta, left temporal, 600 ms, p < 0.05", "ersp"),
+    Result("ersp 3 alpha", "2.6.1, Fig 3", "ERSP, RH against RR before", "alpha, motor areas, in sC and iC", "ersp"),
+    Result("ersp 3 theta", "2.6.1, Fig 3", "ERSP, RH against RR before", "theta, prefrontal, in sC and iC", "ersp"),
+    Result("ersp 3 early", "2.6.1, Fig 3", "ERSP, motor areas", "stronger and earlier in sC than in iC", "ersp"),
+    Result("ersp 3 more", "2.6.1, Fig 3", "ERSP, prefrontal theta", "more pronounced in iC than in sC", "ersp"),
+    *_table_2(),
+    Result("chance", "2.6.2, Table 2", "chance level", "54.3 %", "decode"),
+    Result("sim 35", "3.3, Fig 4A", "SIM1, choice accuracy at episode 35", "about 70 %", "simulate"),
+    Result("sim 100", "Abstract, 3.3, Fig 4A", "SIM1, choice accuracy at episode 100", "about 80 %", "simulate"),
+    Result("minutes 35", "3.3", "SIM1, 35 episodes, at 2 s a trial", "about 6 min", "simulate"),
+    Result("minutes 100", "Abstract, 3.3", "SIM1, 100 episodes, at 2 s a trial", "about 17 min", "simulate"),
+    Result("sim2", "3.3, Fig 4B", "SIM2: better decoders learn faster", "50 < emp. < 60 < 70 < 80 %", "simulate"),
+    Result("sim2 50", "3.3, Fig 4B", "SIM2: a decoder of 50 %", "learns nothing", "simulate"),
+    Result("minutes 40", "3.3", "SIM3: 40 episodes, at 2 s a trial", "6 to 7 min", "simulate"),
+    Result("sim3", "3.3, Fig 4C", "SIM3: relearning", "no notable loss in the long run", "simulate"),
+    Result("sim4", "3.3, 4.3, Fig 4D", "SIM4: 4, 6, 10 subtasks", "the more, the slower", "simulate"),
+    Result("sim4 2", "3.3, Fig 4D", "SIM4: human takes 2 of 10", "steeper than 5 of 10", "simulate"),
+    Result("sim4 8", "3.3", "SIM4: robot has fewer subtasks than the human", "shallower than 5 of 10", "simulate"),
+)
+
+
+def is_study(results: Results) -> bool:
+    """Return whether this is a study of takeovers, so that the paper has something to say on it."""
+    return "RRvsRH" in results.settings.shared.problems and results.settings.study.split == "scenario"
 
 
 def rows(results: Results) -> list[Row]:
-    """Return the comparison, line by line; what has not run is left out."""
-    parts: tuple[Callable[[Results], Iterator[Row]], ...] = (_counts, _timing, _channels, _decoding, _learning)
-    return [row for part in parts for row in part(results)]
+    """Return every number that the paper prints, with this run's; nothing for a study of something else."""
+    if not is_study(results):
+        return []
+    found = measured_moves.measure(results) | measured_brain.measure(results) | measured_learning.measure(results)
+    basis = grounds(results)
+    lines = []
+    for r in RESULTS:
+        one = found.get(r.key)
+        verdict, why = basis.verdict(one)
+        ours = one.text if one else "-"
+        lines.append(Row(r.place, r.what, r.printed, ours, "result", verdict, why, r.chapter if one else ""))
+    about = facts.gather(results)
+    for kind, printed in (("setup", SETUP), ("parameter", PARAMETERS)):
+        lines += [Row(p.place, p.what, p.printed, fill(p, results, about), kind) for p in printed]
+    return lines
 
 
-def _counts(results: Results) -> Iterator[Row]:
-    totals = [results.summary("epoch", u).get("total", {}) for u in results.included("epoch")]
-    planted = results.reality[0] == "synthetic"
-    for case, (mean, sd) in COUNTS.items():
-        ours = [t[case] for t in totals if case in t]
-        if ours:
-            near = abs(np.mean(ours) - mean) <= sd
-            verdict = "by construction" if planted else "agrees" if near else "differs"
-            yield Row("2.5.1", f"trials {case} a subject", f"{mean} ± {sd}", _spread(ours, 1), verdict)
+def fill(printed: Printed, results: Results, about: SimpleNamespace) -> str:
+    """Return this run's value of a parameter, or a dash."""
+    if not printed.ours:
+        return "-"
+    return _Plain().format(printed.ours, found=about, **results.settings.sections)
 
 
-def _timing(results: Results) -> Iterator[Row]:
-    pooled: dict[str, list[np.ndarray]] = {}
-    for unit in results.included("acquire"):
-        trials = results.table("acquire", unit, "trials.parquet")
-        if trials is None or not trials["scenario"].notna().any():
-            continue
-        main = trials[~trials["practice"].astype(bool) & trials["soa_s"].notna()]
-        for scenario, rows_of in main.groupby("scenario", observed=True):
-            pooled.setdefault(str(scenario), []).append(rows_of["soa_s"].to_numpy(float) * 1000)
-    planted = results.reality[0] in ("synthetic", "semi-synthetic")
-    for scenario, (mean, sd) in TRIAL_MS.items():
-        if scenario in pooled:
-            soa = np.concatenate(pooled[scenario])
-            verdict = "by construction" if planted else "agrees" if abs(soa.mean() - mean) <= 20 else "differs"
-            yield Row("2.3.1", f"trial duration, {scenario}", f"{mean} ± {sd} ms", f"{_spread(soa, 1)} ms", verdict)
+class _Plain(string.Formatter):
+    """Formats lists and missing values as people write them."""
 
-
-def _channels(results: Results) -> Iterator[Row]:
-    tables = [results.table("preprocess", u, "quality.parquet") for u in results.included("preprocess")]
-    replaced = [int(t["interpolated"].fillna(False).astype(bool).sum()) for t in tables if t is not None]
-    if replaced:
-        low, high = REPLACED
-        verdict = "agrees" if low <= min(replaced) and max(replaced) <= high else "differs"
-        ours = f"{min(replaced)} to {max(replaced)}"
-        yield Row("2.3.3", "channels replaced a subject", f"{low} to {high}", ours, verdict)
-
-
-def _decoding(results: Results) -> Iterator[Row]:
-    subjects = [results.summary("decode", u) for u in results.included("decode")]
-    planted = results.reality[0] != "real"
-    chances = []
-    for (scenario, problem), measures in TABLE_2.items():
-        found = [s[scenario][problem] for s in subjects if problem in s.get(scenario, {})]
-        found = [f for f in found if f.get("acc") is not None]
-        chances += [f["chance"] for f in found]
-        for measure, (mean, sd) in measures.items():
-            ours = [f[measure] for f in found]
-            if ours:
-                # The planted effect lies in one problem; the others must stay at chance.
-                near = abs(np.mean(ours) - mean) <= max(sd, 2.5)
-                verdict = ("by construction" if planted else "agrees") if near else "differs"
-                what = f"{measure.upper()}, {problem}, {scenario}"
-                yield Row("Table 2", what, f"{mean} ± {sd} %", f"{_spread(ours, 1)} %", verdict)
-    if chances:
-        verdict = "agrees" if abs(np.mean(chances) - CHANCE) <= 0.5 else "differs"
-        yield Row("2.6.2", "chance level", f"{CHANCE} %", f"{np.mean(chances):.2f} %", verdict)
-
-
-def _learning(results: Results) -> Iterator[Row]:
-    curve = results.summary("simulate").get("SIM1", {}).get("emp", {})
-    for episode, published in SIM1.items():
-        if episode in curve:
-            ours = curve[episode]
-            verdict = "agrees" if abs(ours - published) <= 0.03 else "differs"
-            what = f"SIM1, choice accuracy at episode {episode}"
-            yield Row("3.3", what, f"about {100 * published:.0f} %", f"{100 * ours:.1f} %", verdict)
-
-
-def _spread(values: Any, digits: int) -> str:
-    values = np.asarray(values, float)
-    sd = f" ± {values.std(ddof=1):.{digits}f}" if len(values) > 1 else ""
-    return f"{values.mean():.{digits}f}{sd}"
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if isinstance(value, tuple | list):
+            return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value)
+        return "-" if value is None else str(super().format_field(value, format_spec))

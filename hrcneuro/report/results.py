@@ -28,6 +28,7 @@ class Results:
     def __init__(self, settings: Any, items: Sequence[Any]) -> None:
         self.settings = settings
         self.items = items
+        self._maps: dict[str, dict[tuple[str, str], Any]] = {}
         self.done = {(i.stage, i.unit): i for i in items if i.state in ("hit", "ran")}
 
     def units(self, stage: str) -> list[str]:
@@ -55,6 +56,19 @@ class Results:
 
         path = self.path(stage, unit, name)
         return None if path is None else read_table(path)
+
+    def tables(self, stage: str, name: str) -> dict[str, Any]:
+        """Return subject -> table, of the subjects that enter the analyses and have it."""
+        found = {unit: self.table(stage, unit, name) for unit in self.included(stage)}
+        return {unit: table for unit, table in found.items() if table is not None}
+
+    def maps(self, stage: str) -> dict[tuple[str, str], Any]:
+        """Return (scenario, contrast) -> the group's tested map of erp or ersp; read once."""
+        from hrcneuro.report import maps
+
+        if stage not in self._maps:
+            self._maps[stage] = maps.read(self, stage)
+        return self._maps[stage]
 
     def record(self, stage: str, unit: str) -> Mapping[str, Any]:
         """Return the provenance of an entry; empty where it has not run."""

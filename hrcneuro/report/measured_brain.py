@@ -1,0 +1,129 @@
+"""This run's figures on potentials, rhythms and decoding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hrcneuro.report.maps import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA, Tested
+from hrcneuro.report.results import Results
+from hrcneuro.report.verdicts import Measured, near, spread
+
+CHANCE = 54.3
+PANELS = {"A": "HR-HH_before", "B": "HR-HH_after", "C": "RH-RR_before", "D": "RH-RR_after"}
+BEFORE = "RH-RR_before"
+Maps = Mapping[tuple[str, str], Tested]
+
+
+def measure(results: Results) -> dict[str, Measured]:
+    """Return result key -> what this run has."""
+    erp, ersp = results.maps("erp"), results.maps("ersp")
+    return {**_potentials(erp), **_rhythms(ersp), **_decoding(results)}
+
+
+def _potentials(erp: Maps) -> dict[str, Measured]:
+    found = {}
+    for panel, contrast in PANELS.items():
+        if ("all", contrast) in erp and panel != "C":
+            found[f"erp {panel}"] = _nothing(erp["all", contrast])
+    if ("all", BEFORE) in erp:
+        whole = erp["all", BEFORE]
+        part = whole.within(FRONTAL, s=(0.4, 0.6))
+        larger = part.any and bool((part.difference[part.significant] > 0).all())
+        why = "significant and positive over frontal channels between 400 and 600 ms"
+        found["erp C"] = Measured(part.describe() if part.any else whole.describe(), larger, "eeg", why)
+    if ("sC", BEFORE) in erp:
+        found["erp sC"] = _nothing(erp["sC", BEFORE])
+    if ("iC", BEFORE) in erp:
+        found["erp iC"] = Measured(erp["iC", BEFORE].describe(), erp["iC", BEFORE].any, "eeg", "anything significant")
+    return found
+
+
+def _rhythms(ersp: Maps) -> dict[str, Measured]:
+    found = {}
+    if ("all", PANELS["A"]) in ersp:
+        found["ersp A"] = _nothing(ersp["all", PANELS["A"]])
+    parts = {
+        "ersp B": (PANELS["B"], MOTOR, ALPHA, None, True),
+        "ersp C alpha": (BEFORE, MOTOR, ALPHA, (0.6, 1.2), True),
+        "ersp C theta": (BEFORE, FRONTAL, THETA, (0.3, 0.7), True),
+        # No simulated recording has a rebound of beta after a takeover.
+        "ersp D": (PANELS["D"], LEFT_TEMPORAL, BETA, (0.4, 0.8), False),
+    }
+    for key, (contrast, channels, hz, s, planted) in parts.items():
+        if ("all", contrast) in ersp:
+            part = ersp["all", contrast].within(channels, hz=hz, s=s)
+            why = f"significant over {channels[0]} to {channels[-1]}, {hz[0]:g} to {hz[1]:g} Hz" + (
+                f", {1000 * s[0]:.0f} to {1000 * s[1]:.0f} ms" if s else ""
+            )
+            found[key] = Measured(part.describe(), part.any, "eeg", why, planted)
+    if ("sC", BEFORE) in ersp and ("iC", BEFORE) in ersp:
+        found |= _scenarios(ersp["sC", BEFORE], ersp["iC", BEFORE])
+    return found
+
+
+def _scenarios(sequential: Tested, intermittent: Tested) -> dict[str, Measured]:
+    found = {}
+    motor = [one.within(MOTOR, hz=ALPHA) for one in (sequential, intermittent)]
+    theta = [one.within(FRONTAL, hz=THETA) for one in (sequential, intermittent)]
+    for key, pair in (("ersp 3 alpha", motor), ("ersp 3 theta", theta)):
+        text = f"sC: {pair[0].describe()}; iC: {pair[1].describe()}"
+        found[key] = Measured(text, all(one.any for one in pair), "eeg", "significant in both")
+    strength = [float(np.abs(one.difference).max()) for one in motor]
+    early = motor[0].any and (not motor[1].any or motor[0].first_s < motor[1].first_s)
+    found["ersp 3 early"] = Measured(
+        f"largest difference {strength[0]:.2f} µV in sC, {strength[1]:.2f} in iC; significant from "
+        f"{_ms(motor[0])} and {_ms(motor[1])}",
+        bool(strength[0] > strength[1] and early),
+        "eeg",
+        "larger and earlier significant in sC",
+    )
+    bins = [int(one.significant.sum()) for one in theta]
+    text = f"{bins[1]} significant bins in iC, {bins[0]} in sC"
+    found["ersp 3 more"] = Measured(text, bins[1] > bins[0], "eeg", "more significant bins in iC")
+    return found
+
+
+def _nothing(tested: Tested) -> Measured:
+    return Measured(tested.describe(), not tested.any, "eeg", "nothing significant")
+
+
+def _ms(tested: Tested) -> str:
+    return f"{1000 * tested.first_s:.0f} ms" if tested.any else "never"
+
+
+def _decoding(results: Results) -> dict[str, Measured]:
+    from hrcneuro.decoding.group import PUBLISHED
+
+    subjects = [results.summary("decode", u) for u in results.included("decode")]
+    found = {}
+    chances = [one["chance"] for s in subjects for key in PUBLISHED for one in _cells(s, key) if one.get("chance")]
+    level = float(np.mean(chances)) if chances else np.nan
+    for key, measures in PUBLISHED.items():
+        cells = [one for s in subjects for one in _cells(s, key) if one.get("acc") is not None]
+        if not cells:
+            continue
+        for measure, (mean, sd) in measures.items():
+            ours = np.array([one[measure] for one in cells])
+            found[f"{key[0]} {key[1]} {measure}"] = Measured(f"{spread(ours)} %", *_near(ours, mean, sd))
+        acc = float(np.mean([one["acc"] for one in cells]))
+        above, printed = acc > level, measures["acc"][0] > CHANCE
+        text = f"{'above' if above else 'not above'} chance ({acc:.1f} %, chance {level:.1f} %)"
+        found[f"{key[0]} {key[1]} above"] = Measured(
+            text, above == printed, "eeg", "mean accuracy and mean chance level"
+        )
+    if chances:
+        why = "within 0.5 of the printed level; it follows from the trial counts alone"
+        found["chance"] = Measured(f"{level:.2f} %", abs(level - CHANCE) <= 0.5, "behaviour", why)
+    return found
+
+
+def _cells(summary: Mapping, key: tuple[str, str]) -> list[Mapping]:
+    cell = summary.get(key[0], {}).get(key[1])
+    return [cell] if cell else []
+
+
+def _near(ours: np.ndarray, mean: float, sd: float) -> tuple[bool, str, str]:
+    agrees, why = near(ours, mean, sd)
+    return agrees, "eeg", why

@@ -1,0 +1,119 @@
+"""What a comparison with the paper is worth: agrees, differs, by construction, not testable, not run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hrcneuro.report.results import Results
+
+AGREES, DIFFERS, PLANTED, OPEN, MISSING = "agrees", "differs", "by construction", "not testable", "not run"
+VERDICTS = {
+    AGREES: "this run shows what the paper prints, and could have shown something else",
+    DIFFERS: "it does not",
+    PLANTED: "it does, but the data were simulated so as to give it: agreement is no evidence",
+    OPEN: "these data cannot tell, for the reason given",
+    MISSING: "the stage has not run or has failed",
+}
+SUBJECTS, EPISODES, REPETITIONS = 11, 12 * 13, 100  # the paper's
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What this run has to say on one printed result.
+
+    Attributes:
+        text: This run's figure.
+        agrees: Whether it fits; None where that cannot be told, ``why`` says for what reason.
+        rests_on: ``eeg``, ``behaviour``, ``model`` or ``arithmetic``: what must be real for agreement to be evidence.
+        why: The criterion or the reason, in a few words.
+        planted: False where a simulated recording has no such effect in it, so that it cannot tell.
+    """
+
+    text: str
+    agrees: bool | None
+    rests_on: str = "eeg"
+    why: str = ""
+    planted: bool = True
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What the verdicts of a run rest on.
+
+    Attributes:
+        real: Ground -> True, False, or None where it is mixed.
+        short: Ground -> why it is too small to be compared; absent where it is not.
+    """
+
+    real: dict[str, bool | None]
+    short: dict[str, str]
+
+    def verdict(self, measured: Measured | None) -> tuple[str, str]:
+        """Return the verdict and the reason for it.
+
+        A small study can neither agree nor differ; simulated data can differ, but never agree.
+        """
+        if measured is None:
+            return MISSING, ""
+        short, real = self.short.get(measured.rests_on, ""), self.real[measured.rests_on]
+        if short or measured.agrees is None:
+            return OPEN, short or measured.why
+        if real is None:
+            return OPEN, "some subjects are real, others simulated"
+        if not real and not measured.planted:
+            return OPEN, "the simulation has no such effect in it"
+        if not measured.agrees:
+            return DIFFERS, measured.why
+        return (AGREES if real else PLANTED), measured.why
+
+
+def grounds(results: Results) -> Grounds:
+    """Return what the verdicts of a run rest on."""
+    found = [results.summary("acquire", unit).get("real", {}) for unit in results.included("acquire")]
+    real: dict[str, bool | None] = {
+        name: None if len({bool(f.get(name)) for f in found}) > 1 else bool(found and found[0].get(name))
+        for name in ("eeg", "behaviour")
+    }
+    # The paper's own rates are no result of this run; rates decoded from a simulation are circular.
+    settings = results.settings.sections["simulate"]
+    real["model"] = settings.rates == "paper" or real["eeg"]
+    real["arithmetic"] = True
+    return Grounds(real, _short(results))
+
+
+def _short(results: Results) -> dict[str, str]:
+    found = {}
+    units = results.included("acquire")
+    tables = results.tables("acquire", "trials.parquet").values()
+    episodes = [len(t[~t["practice"].astype(bool)][["block", "episode"]].drop_duplicates()) for t in tables]
+    if len(units) < SUBJECTS:
+        found["behaviour"] = f"{len(units)} subjects, the paper has {SUBJECTS}"
+    elif episodes and np.mean(episodes) < 0.95 * EPISODES:
+        found["behaviour"] = f"{np.mean(episodes):.0f} episodes a subject, the paper has {EPISODES}"
+    if "behaviour" in found:
+        found["eeg"] = found["behaviour"]
+    model = results.settings.sections["simulate"]
+    if model.repetitions < REPETITIONS:
+        found["model"] = f"{model.repetitions} repetitions, the paper has {REPETITIONS}"
+    elif model.rates != "paper" and "eeg" in found:
+        found["model"] = f"the decoder comes from a short study: {found['eeg']}"
+    return found
+
+
+def near(ours: np.ndarray, mean: float, sd: float, n: int = SUBJECTS) -> tuple[bool, str]:
+    """Return whether a mean lies within two standard errors of the difference from a published one, and the criterion.
+
+    The published SD is taken for both, so that noisy data agree no more easily.
+    """
+    margin = 2 * sd * math.sqrt(1 / n + 1 / len(ours))
+    return bool(abs(float(np.mean(ours)) - mean) <= margin), f"within ± {margin:.2g} of the printed mean"
+
+
+def spread(values: np.ndarray | list[float], digits: int = 1) -> str:
+    """Return mean ± SD (n - 1)."""
+    values = np.asarray(values, float)
+    sd = f" ± {values.std(ddof=1):.{digits}f}" if len(values) > 1 else ""
+    return f"{values.mean():.{digits}f}{sd}"
