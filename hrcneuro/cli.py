@@ -50,8 +50,8 @@ def _main(
 
 @_command(
     "Read or simulate recordings: continuous EEG and the trial table.",
-    "acquire s01",
     "acquire s01 --inspect",
+    "acquire s01 --export study --dry-run",
     name="acquire",
 )
 def acquire(
@@ -60,11 +60,23 @@ def acquire(
     inspect: Annotated[
         bool, typer.Option("--inspect", help="Show markers, channels and log side by side; write nothing.")
     ] = False,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            "--export",
+            metavar="DIR",
+            help="Also write DIR/sNN as the authors' repository has it: EEGLAB's .set and .fdt, and both CSV files.",
+        ),
+    ] = None,
 ) -> int:
     """Run the stage, or look at its source."""
     from hrcneuro import commands
 
-    return commands.inspect(options, subjects) if inspect else commands.stage("acquire", options, subjects)
+    if export is not None:
+        return commands.export(options, subjects, export, inspect=inspect)
+    if inspect:
+        return commands.inspect(options, subjects)
+    return commands.stage("acquire", options, subjects)
 
 
 def _plain_stage(name: str, help: str, *examples: str) -> None:
@@ -234,6 +246,9 @@ def ur10_serve(
     open_network: Annotated[
         bool, typer.Option("--open-network", help="Allow an address that others can reach.")
     ] = False,
+    until_stdin_closes: Annotated[
+        bool, typer.Option("--until-stdin-closes", help="End, too, when standard input closes.")
+    ] = False,
 ) -> int:
     """Serve until told to end."""
     from hrcneuro.ur10.serve import serve
@@ -248,6 +263,7 @@ def ur10_serve(
         as_json=options.json,
         quiet=options.quiet,
         verbose=options.verbose,
+        until_stdin_closes=until_stdin_closes,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -27,8 +28,9 @@ def serve(
     as_json: bool = False,
     quiet: bool = False,
     verbose: bool = False,
+    until_stdin_closes: bool = False,
 ) -> int:
-    """Serve on ``address`` until SIGINT or SIGTERM; return 0.
+    """Serve on ``address`` until SIGINT or SIGTERM, or until standard input closes if asked to; return 0.
 
     Raises:
         ConfigError: The address is no loopback address and ``open_network`` is not set, or an argument is malformed.
@@ -46,17 +48,27 @@ def serve(
         elif not quiet:
             print(f"a simulated UR10 listens on {address}; Ctrl-C ends it", file=sys.stderr, flush=True)
 
-    return asyncio.run(_serve(controller, address, [parse(text) for text in faults], scripts, ready))
+    return asyncio.run(
+        _serve(controller, address, [parse(text) for text in faults], scripts, ready, until_stdin_closes)
+    )
 
 
 async def _serve(
-    controller: Controller, address: str, faults: list[Fault], programs: dict[str, str], ready: Callable[[], None]
+    controller: Controller,
+    address: str,
+    faults: list[Fault],
+    programs: dict[str, str],
+    ready: Callable[[], None],
+    until_stdin_closes: bool,
 ) -> int:
     server = Server(controller, faults=faults, programs=programs)
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, ended.set)
+    if until_stdin_closes:
+        # Whoever started it holds the other end, and lets go of it however it ends.
+        loop.add_reader(sys.stdin.fileno(), lambda: os.read(sys.stdin.fileno(), 4096) or ended.set())
     await server.start(address)
     ready()
     try:

@@ -310,7 +310,7 @@ class Translator:
             return "rt.pose(" + ", ".join(self._list("]")) + ")"
         if token.text == "run":
             name = self._next()
-            if not name.text in self._functions:
+            if name.text not in self._functions:
                 raise ScriptError(f"line {name.line}: no thread {name.text!r}")
             self._expect("(")
             return f"rt.run(f_{name.text}({self._arguments('v_')}))"

@@ -1,0 +1,71 @@
+"""Questions to the arm's panel before anything is driven."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+
+from hrcneuro.errors import HardwareError
+
+_PORT = 29999
+
+
+def ask(host: str, *questions: str, timeout: float = 2.0) -> list[str]:
+    """Return the dashboard's answers, a line each.
+
+    Raises:
+        HardwareError: The host does not answer, or not as a dashboard.
+    """
+    try:
+        with socket.create_connection((host, _PORT), timeout) as link, link.makefile("rwb") as lines:
+            welcome = lines.readline(1000)
+            answers = []
+            for question in questions:
+                lines.write(question.encode() + b"\n")
+                lines.flush()
+                answers.append(lines.readline(1000).decode("utf-8", "replace").strip())
+    except OSError as error:
+        raise HardwareError(
+            f"no robot answers at {host}: {error.strerror or error}",
+            cure="check the cable and the address on the robot's network page; robot.host or --host sets it",
+        ) from None
+    if b"Universal Robots" not in welcome:
+        raise HardwareError(
+            f"{host}:{_PORT} is no robot's dashboard: it said {welcome[:60]!r}", cure="correct robot.host"
+        )
+    return answers
+
+
+def check_ready(host: str) -> None:
+    """Check that a UR with CB3 software stands ready to be driven.
+
+    Raises:
+        HardwareError: It does not answer, has other software, is not running or in a safety stop.
+    """
+    version, robot, safety = ask(host, "PolyscopeVersion", "robotmode", "safetymode")
+    if not version.removeprefix("URSoftware ").startswith("3."):
+        raise HardwareError(
+            f"the robot at {host} runs {version or 'unknown software'!r}; hrcneuro drives CB3 arms at 125 Hz "
+            "(URSoftware 3.x)",
+            cure="connect a UR10 CB3",
+        )
+    if not safety.upper().endswith("NORMAL"):
+        raise HardwareError(
+            f"the robot at {host} is not in its normal safety mode ({safety or 'no answer'})",
+            cure="find out why on the pendant, and clear it there; hrcneuro never unlocks a stop",
+        )
+    if not robot.upper().endswith("RUNNING"):
+        raise HardwareError(
+            f"the robot at {host} is not running ({robot or 'no answer'})",
+            cure="power it on and release its brakes on the pendant",
+        )
+
+
+def stop_by_script(host: str, deceleration: float, *, timeout: float = 0.2) -> None:
+    """Send ``stopj`` to the script port on a connection of its own: it replaces whatever program runs."""
+    # Where even this finds no robot, the watchdog has stopped it.
+    with contextlib.suppress(OSError), socket.create_connection((host, 30003), timeout) as link:
+        link.sendall(f"stopj({deceleration:.3f})\n".encode())
+        link.shutdown(socket.SHUT_WR)
+        link.settimeout(timeout)
+        link.recv(4096)

@@ -1,0 +1,125 @@
+"""A UR10 through ur_rtde: joint velocities over RTDE, with a watchdog from the first moment on."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.robot.backend import NORMAL, PERIOD, PLAYING, State
+from hrcneuro.robot.backends.clock import Stamps, WallClock
+from hrcneuro.robot.backends.dashboard import check_ready, stop_by_script
+
+# Of speedJ: it must exceed the tile moves' 5 rad/s², or the arm falls behind; the loop bounds what is asked.
+_ACCELERATION = 15.0
+# Inputs must come this often, Hz, or the controller stops the program: a killed driver's arm rests within 0.25 s.
+_WATCHDOG = 20.0
+_PATIENCE = 1.0  # s, for a stop to be acknowledged
+
+
+class UrArm:
+    """A backend; connecting uploads ur_rtde's program and moves nothing."""
+
+    def __init__(self, host: str, clock: WallClock) -> None:
+        """Connect.
+
+        Raises:
+            HardwareError: ur_rtde is not installed, or the robot is not there, not ready, or taken by another client.
+        """
+        control_module, receive_module = _library()
+        check_ready(host)
+        self._host, self._clock, self._stamps = host, clock, Stamps()
+        try:
+            self._receive: Any = receive_module.RTDEReceiveInterface(host)
+            self._control: Any = control_module.RTDEControlInterface(host)
+        except RuntimeError as error:
+            raise _refused(host, str(error)) from None
+        if not self._control.setWatchdog(_WATCHDOG):
+            self._control.disconnect()
+            raise HardwareError(
+                f"the robot at {host} did not take the watchdog", cure="restart its controller; without it none drives"
+            )
+        self._packet: State | None = None
+        self._stamp = -1.0
+
+    def align(self) -> None:
+        """Return just after a packet has come: a loop that begins now reads fresh packets."""
+        first, until = self._receive.getTimestamp(), self._clock.now() + 0.1
+        while self._receive.getTimestamp() == first and self._clock.now() < until:
+            self._clock.wait_until(self._clock.now() + 2e-4)
+            self._control.kickWatchdog()
+        self._clock.wait_until(self._clock.now() + 1e-3)
+
+    def state(self) -> State:
+        """Return the newest packet."""
+        receive = self._receive
+        for _ in range(3):
+            stamp = receive.getTimestamp()
+            if stamp == self._stamp and self._packet is not None:
+                return self._packet
+            packet = State(
+                0.0,
+                receive.getActualQ(),
+                receive.getActualQd(),
+                receive.getSafetyStatusBits(),
+                receive.getRuntimeState(),
+                receive.getSpeedScaling(),
+            )
+            # Each getter locks on its own: a packet that came in between would be mixed with the one before.
+            if receive.getTimestamp() == stamp:
+                break
+        packet.stamp = self._stamps.local(stamp, self._clock.now())
+        self._stamp, self._packet = stamp, packet
+        return packet
+
+    def speed(self, qd: list[float]) -> None:
+        """Command joint velocities, six, rad/s."""
+        self._control.speedJ(qd, _ACCELERATION, PERIOD)
+
+    def stop(self, deceleration: float) -> None:
+        """Bring the arm to rest; where ur_rtde's program does not answer, by a program of its own."""
+        packet = self.state()
+        running = packet.safety == NORMAL and packet.runtime == PLAYING
+        if running and self._clock.now() - packet.stamp < 0.1 and self._finishes(self._control.speedStop, deceleration):
+            return
+        if packet.safety == NORMAL:
+            stop_by_script(self._host, deceleration)
+
+    def close(self) -> None:
+        """End ur_rtde's program and disconnect."""
+        if self._finishes(self._control.stopScript):
+            self._finishes(self._control.disconnect)
+        self._finishes(self._receive.disconnect)
+
+    def _finishes(self, call: Any, *arguments: Any) -> bool:
+        # ur_rtde waits minutes for a controller that has gone silent; nobody here may.
+        done = threading.Event()
+
+        def work() -> None:
+            call(*arguments)
+            done.set()
+
+        threading.Thread(target=work, daemon=True).start()
+        return done.wait(_PATIENCE)
+
+
+def _library() -> tuple[Any, Any]:
+    try:
+        import rtde_control
+        import rtde_receive
+    except ImportError:
+        raise HardwareError("ur_rtde is not installed", cure="pip install 'hrcneuro[ur]'") from None
+    return rtde_control, rtde_receive
+
+
+def _refused(host: str, problem: str) -> HardwareError:
+    text = " ".join(problem.split())
+    if "in use" in text:
+        return HardwareError(
+            f"another client holds the RTDE inputs of the robot at {host}",
+            cure="end it; on the robot, disable EtherNet/IP and PROFINET in the installation",
+        )
+    return HardwareError(
+        f"the robot at {host} cannot be driven: {text}",
+        cure="see that no other program holds it and that its pendant shows no message",
+    )
