@@ -36,6 +36,48 @@ def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     return console(options).finish(name, items)
 
 
+def export(options: Options, subjects: Sequence[str] | None, folder: Path, *, inspect: bool = False) -> int:
+    """Bring acquire up to date and write what it made in the authors' layout, one folder a subject.
+
+    Raises:
+        ConfigError: The folder must not be written to, or an inspection, which writes nothing, is asked for too.
+    """
+    from hrcneuro.cache.fingerprint import digest
+    from hrcneuro.contract import params
+    from hrcneuro.sources import export as layout
+
+    if inspect:
+        raise ConfigError("--inspect writes nothing, --export does", cure="choose one of the two")
+    found = settings(options)
+    wanted = pipeline.targets(found, ["acquire"], subjects or ())
+    study = digest([found.study.name, params(found.sections["acquire"])])[:16]
+    layout.prepare(folder, [task.unit for task in wanted], study=study)
+    items = _bring(options, found, wanted)
+    talk, flaw = console(options), None
+    for item in items if not options.dry_run else ():
+        if item.state not in ("hit", "ran"):
+            continue
+        files = {name: Path(path) for name, path in item.artifacts.items()}
+        try:
+            told = layout.export_subject(
+                files[f"{item.unit}_raw.fif"],
+                files["trials.parquet"],
+                folder,
+                item.unit,
+                key=item.key,
+                study=study,
+                source=str(item.summary["source"]),
+            )
+        except HrcError as error:
+            flaw = flaw or error
+            continue
+        item.summary = {**item.summary, "export": told}
+        talk.say(f"{'=' if told['state'] == 'hit' else '+'} export {item.unit}: {told['folder']}")
+        for note in told["notes"]:
+            talk.say(f"  note: {note}")
+    return talk.finish("acquire", items, also=flaw)
+
+
 def with_sweep(options: Options, axes: Sequence[str]) -> Options:
     """Return the options with ``--sweep AXIS=VALUES`` written as assignments.
 

@@ -11,45 +11,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.errors import DataError, did_you_mean
+from hrcneuro.sources import words
 from hrcneuro.sources.layout import dataset_files, refuse_pointer
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_LOG = {
-    "Scenario": "scenario",
-    "Block": "block",
-    "Episode": "episode",
-    "Trial": "trial",
-    "Target direction": "target",
-    "Subject_key_pressed or agent": "key",
-    "Movement direction": "logged",
-    "Error/NonError": "error",
-    "Current x": "row",
-    "Current y": "col",
-}
+    from hrcneuro.paradigm.owners import Directions
+
+# What tells where episodes start and end, and how many moves they have; the rest of the metadata follows from the log.
 _METADATA = {
-    "Block": "block",
-    "Episode": "episode",
-    "Start position x": "start_row",
-    "End position y": "start_col",
-    "Goal position x": "goal_row",
-    "Goal position y": "goal_col",
-    "Agent total movements": "agent_moves",
-    "Interface total movements": "human_moves",
+    long: short
+    for long, short in words.METADATA.items()
+    if short in ("block", "episode") or short.endswith(("_row", "_col", "_moves"))
 }
-_SCENARIOS = {"Shared_Responsibility": "iC", "Shared_Workspace": "sC"}
-_TARGETS = {
-    "North": "N", "Northeast": "NE", "East": "E", "Southeast": "SE",
-    "South": "S", "Southwest": "SW", "West": "W", "Northwest": "NW",
-}  # fmt: skip
-_KEYS = {"Agent": "", "Subject Up": "N", "Subject Right": "E", "Subject Down": "S", "Subject Left": "W"}
-_MOVES = {"north": "N", "east": "E", "south": "S", "west": "W"}
-_ERRORS = {"Error": True, "NonError": False}
-_WORDS: dict[str, dict[str, Any]] = {
-    "scenario": _SCENARIOS, "target": _TARGETS, "key": _KEYS, "logged": _MOVES, "error": _ERRORS,
-}  # fmt: skip
-_MIRRORED = {"E": "W", "W": "E"}
 _CURE = "restore the subject's log and metadata from the authors' repository (git checkout)"
 
 
@@ -74,7 +49,7 @@ def read_log(folder: Path, subject: str) -> pd.DataFrame:
             f"{path.parent} holds {', '.join(sorted(p.name for p in path.parent.iterdir()))}",
             cure=_CURE,
         )
-    log = _translate(_read(path, _LOG), path)
+    log = _translate(_read(path, words.LOG), path)
     metadata = _read(files["metadata"], _METADATA)
     _compare(log, metadata, path, files["metadata"])
     return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path))
@@ -121,10 +96,10 @@ def _refuse(bad: pd.Series, values: pd.Series, path: Path, column: str, allowed:
 def _translate(log: pd.DataFrame, path: Path) -> pd.DataFrame:
     """Return the log in the trial table's words."""
     out = log.copy()
-    long = {short: name for name, short in _LOG.items()}
-    for name, words in _WORDS.items():
-        _refuse(~log[name].isin(list(words)), log[name], path, long[name], ", ".join(words))
-        out[name] = log[name].map(words)
+    long = {short: name for name, short in words.LOG.items()}
+    for name, known in words.WORDS.items():
+        _refuse(~log[name].isin(list(known)), log[name], path, long[name], ", ".join(known))
+        out[name] = log[name].map(known)
     blocks = log["block"].str.extract(r"^(Test|BLOCK) (\d+)$")
     _refuse(blocks[0].isna(), log["block"], path, "Block", "Test 1, Test 2, BLOCK 1 … BLOCK 12")
     out["practice"] = blocks[0] == "Test"
@@ -187,7 +162,7 @@ def _trials(log: pd.DataFrame, path: Path) -> pd.DataFrame:
     start_col = episode["col"].shift().fillna(log["start_col"]).astype(int)
     executed = [_step(*tiles) for tiles in zip(start_row, start_col, log["row"], log["col"], strict=True)]
     human = log["key"] != ""
-    intended = log["key"].where(human, _robot_plans(log, human))
+    intended = log["key"].where(human, _robot_plans(log, human, executed))
     _check_tiles(log, executed, intended, path)
     key_wrong = [key != "" and key not in target for key, target in zip(log["key"], log["target"], strict=True)]
     return pd.DataFrame(
@@ -222,33 +197,58 @@ def _step(start_row: int, start_col: int, row: int, col: int) -> str:
         return "?"
 
 
-def _robot_plans(log: pd.DataFrame, human: pd.Series) -> pd.Series:
-    """Return what the robot intended: in an error the log tells only what came of it, but its rule is known.
-
-    In iC the human's two directions show in the straight targets on which the human acted.
-    """
-    from hrcneuro.paradigm.owners import Areas, Directions, Owners
+def _robot_plans(log: pd.DataFrame, human: pd.Series, executed: list[str]) -> pd.Series:
+    """Return what the robot intended: in an error the log tells only what came of it, but its rule is known."""
+    from hrcneuro.paradigm.owners import Areas, Owners
     from hrcneuro.paradigm.partners import robot_plan
 
     plans = log["logged"].where(~log["error"].astype(bool), "")
-    straight = log["target"].str.len() == 1
+    moves = log.assign(actor=human.map({True: "human", False: "robot"}), step=executed)
     everywhere = Areas(frozenset())
-    for _, block in log.groupby("block", sort=False):
+    for _, block in moves.groupby("block", sort=False):
         owners: Owners = everywhere
         if block["scenario"].iloc[0] == "iC":
-            owners = Directions(frozenset(block["target"][straight & human]))
+            owners = _directions(block)
         todo = block.index[~human[block.index] & (plans[block.index] == "")]
         plans[todo] = [robot_plan(owners, target) for target in log["target"][todo]]
     return plans
+
+
+def _directions(block: pd.DataFrame) -> Directions:
+    """Return the human's two directions in a block of iC: the first pair that every move agrees with.
+
+    A whole block leaves no choice; in a few moves, some direction may not occur. Where no pair fits, the log
+    contradicts itself, and the straight targets on which the human acted stand for it.
+    """
+    from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Directions
+
+    rows = list(zip(*(block[c] for c in ("actor", "target", "error", "logged", "step")), strict=True))
+    for pair in DIRECTION_PAIRS:
+        if all(_agrees(Directions(pair), *row) for row in rows):
+            return Directions(pair)
+    straight = (block["target"].str.len() == 1) & (block["actor"] == "human")
+    return Directions(frozenset(block["target"][straight]))
+
+
+def _agrees(owners: Directions, actor: str, target: str, error: bool, logged: str, step: str) -> bool:
+    """Return whether a move of iC can have happened under these owners."""
+    from hrcneuro.paradigm.owners import actor_of
+    from hrcneuro.paradigm.partners import robot_plan
+
+    if actor != actor_of(owners, (0, 0), target):
+        return False
+    if actor == "human":
+        return True
+    plan = robot_plan(owners, target)
+    went = words.mirrored(logged, error=error, intended=plan)
+    return error == (went != plan) and step in ("", went)
 
 
 def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, path: Path) -> None:
     """Raise where a tile cannot follow from the one before, or contradicts the logged direction."""
     wrong = []
     for step, plan, logged, error in zip(executed, intended, log["logged"], log["error"], strict=True):
-        # The logs' own mistake: an error on a move that was meant to go north mirrors East and West.
-        true = _MIRRORED.get(logged, logged) if error and plan == "N" else logged
-        wrong.append(step not in ("", true))
+        wrong.append(step not in ("", words.mirrored(logged, error=error, intended=plan)))
     if any(wrong):
         at = wrong.index(True)
         row = log.iloc[at]
