@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import hashlib
 import importlib.metadata
 import json
@@ -66,7 +67,8 @@ class Memo:
             part.replace(self.path)
             self.changed = False
         except OSError:
-            part.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                part.unlink()
 
 
 def code(module: str, root: Path, memo: Memo) -> dict[str, str]:

@@ -57,7 +57,9 @@ class Store:
         if not folder.exists():
             return ""
         record = read_record(folder)
-        return "record.json is missing, unreadable or altered" if record is None else fault(folder, record, verify=verify)
+        return (
+            "record.json is missing, unreadable or altered" if record is None else fault(folder, record, verify=verify)
+        )
 
     def quarantine(self, stage: str, unit: str, key: str) -> Path:
         """Move a bad entry out of the way and return where it went."""
@@ -112,10 +114,10 @@ class Store:
             write_record(work, full)
             _flush(work / RECORD)
             _flush(work)
-            name = (record.stage, record.unit, record.key)
-            target, old = self.folder(*name), work.with_name(f"{work.name}-old")
-            if self.diagnose(*name):
-                self.quarantine(*name)
+            entry = (record.stage, record.unit, record.key)
+            target, old = self.folder(*entry), work.with_name(f"{work.name}-old")
+            if self.diagnose(*entry):
+                self.quarantine(*entry)
             elif target.exists():
                 target.rename(old)
             work.rename(target)
