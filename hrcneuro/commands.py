@@ -12,7 +12,7 @@ from hrcneuro import config, executors, pipeline, stages
 from hrcneuro.cache.store import guarded
 from hrcneuro.config import Settings
 from hrcneuro.console import Console
-from hrcneuro.errors import ConfigError, DataError, HrcError
+from hrcneuro.errors import ConfigError, DataError, HrcError, StageError
 from hrcneuro.options import Options
 from hrcneuro.pipelines import Pipeline, read_pipeline
 from hrcneuro.provenance import provenance
@@ -272,6 +272,13 @@ def _report(options: Options, found: Settings, items: Sequence[pipeline.Item]) -
 
     workdir = Workdir(options.workdir)
     with guarded(workdir.results):
-        written = write_report(found, items, workdir.results / "report.html")
+        try:
+            written = write_report(found, items, workdir.results / "report.html")
+        except (HrcError, OSError):
+            raise
+        except Exception as error:
+            # The stages' results stand, and must still be told.
+            problem = f"the report could not be made: {type(error).__name__}: {error}"
+            raise StageError(problem, cure="hrcneuro report --debug shows where; please report it as a bug") from error
     console(options).say(f"report: {written}")
     return written
