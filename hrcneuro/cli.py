@@ -60,6 +60,9 @@ def acquire(
     inspect: Annotated[
         bool, typer.Option("--inspect", help="Show markers, channels and log side by side; write nothing.")
     ] = False,
+    rules: Annotated[
+        bool, typer.Option("--rules", help="Measure the experiment's rules over all moves; write nothing.")
+    ] = False,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -70,12 +73,15 @@ def acquire(
     ] = None,
 ) -> int:
     """Run the stage, or look at its source."""
-    from hrcneuro import commands
+    from hrcneuro import acquire_commands, commands
 
-    if export is not None:
-        return commands.export(options, subjects, export, inspect=inspect)
+    acquire_commands.one_of(inspect=inspect, rules=rules, export=export is not None)
     if inspect:
-        return commands.inspect(options, subjects)
+        return acquire_commands.inspect(options, subjects)
+    if rules:
+        return acquire_commands.rules(options, subjects)
+    if export is not None:
+        return acquire_commands.export(options, subjects, export)
     return commands.stage("acquire", options, subjects)
 
 
@@ -99,9 +105,28 @@ _plain_stage("ersp", "Time-frequency maps, their contrasts and tests.", "ersp s0
 _plain_stage(
     "decode", "Decode single trials and compare with chance.", "decode s01", "decode --set decode.repeats=1 --dry-run"
 )
-_plain_stage(
-    "robot", "Drive the arm through a session's moves.", "robot s01", "robot s01 --set robot.blocks=[1] --dry-run"
+
+
+@_command(
+    "Drive the arm through a session's moves.",
+    "robot s01",
+    "robot s01 --backend ursim --set robot.blocks=[1] --timing",
+    name="robot",
 )
+def robot(
+    options: Options,
+    subjects: Subjects = None,
+    backend: Annotated[str, typer.Option(help="The arm: sim, ursim, ur or ros.")] = "",
+    host: Annotated[str, typer.Option(help="Address of a real arm's controller.")] = "",
+    at_the_robot: Annotated[
+        bool, typer.Option("--i-am-at-the-robot", help="Someone stands at its emergency stop: a real arm needs this.")
+    ] = False,
+    timing: Annotated[bool, typer.Option("--timing", help="Print how punctual the motions were.")] = False,
+) -> int:
+    """Run the stage on the arm named."""
+    from hrcneuro import robot_command
+
+    return robot_command.robot(options, subjects, backend=backend, host=host, at_the_robot=at_the_robot, timing=timing)
 
 
 @_command(

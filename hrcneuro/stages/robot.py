@@ -29,8 +29,17 @@ FIGURES = {
 class Config:
     """Which moves are replayed, on which arm, and how it is driven."""
 
-    backend: str = option("sim", "the arm: sim is in-process, on a virtual clock", choices=("sim",))
-    host: str = option("", "address of the arm's controller", location=True)
+    backend: str = option(
+        "sim", "the arm: sim in-process on a virtual clock, ursim a simulated controller, ur a UR10, ros behind ROS",
+        choices=("sim", "ursim", "ur", "ros"),
+    )  # fmt: skip
+    driver: str = option(
+        "rtde", "how ur and ursim are driven: ur_rtde's speedJ, or speedj lines on port 30003 as in the paper",
+        choices=("rtde", "script"),
+    )  # fmt: skip
+    host: str = option("", "address of the arm's controller, for backend ur", location=True)
+    at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", location=True)
+    max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
     blocks: tuple[int, ...] = option((), "main blocks to replay; none: all", low=1)
     episodes: tuple[int, ...] = option((), "episodes of each block to replay; none: all", low=1)
     practice: bool = option(False, "also replay the practice blocks")
@@ -75,7 +84,19 @@ def check(config: Config) -> list[str]:
             f"cell.hover = {cell.hover} and cell.home = {cell.home}; allowed: between cell.floor = {cell.floor} and "
             f"cell.ceiling = {cell.ceiling}"
         )
-    return mistakes
+    return mistakes + _unsafe(config)
+
+
+def _unsafe(config: Config) -> list[str]:
+    if config.backend == "ur" and not config.host:
+        return ["backend = 'ur' needs the address of the arm's controller: robot.host, or --host"]
+    simulated = config.backend in ("sim", "ursim") or (config.backend == "ur" and config.host.startswith("127."))
+    if not simulated and not config.at_the_robot:
+        return [
+            f"backend = {config.backend!r} moves a real arm: stand at its emergency stop and say --i-am-at-the-robot "
+            "(robot.at_the_robot = true)"
+        ]
+    return []
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -124,7 +145,7 @@ def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dic
     tool_tip = tip(telemetry, tool=workspace.cell.tool)
     figures = measure_moves(done, telemetry, tool_tip, workspace)
     table = _robot_tables.moves(done, figures)
-    spread = timing(telemetry, table["trigger_latency_ms"].to_numpy(), table["behind_log_ms"].to_numpy())
+    spread = timing(telemetry, table["trigger_latency_ms"].to_numpy(float), table["behind_log_ms"].to_numpy(float))
     write_table(_robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", _robot_tables.TELEMETRY)
     write_table(table, out / "moves.parquet", _robot_tables.MOVES)
     write_table(_robot_tables.timing(spread), out / "timing.parquet", _robot_tables.TIMING)
@@ -149,16 +170,21 @@ def _loop(config: Config, workspace: Workspace) -> Loop:
         clock,
         law=ResolvedRate(tool=tool, orientation=DOWN.tolist(), gain=config.gain, damping=config.damping),
         limits=Limits(acceleration=config.max_acceleration, box=workspace.box, tool=tool),
-        supervisor=Supervisor(),
+        supervisor=Supervisor(max_age=config.max_packet_age_s),
         stop=Bounds(velocity=4.0, acceleration=config.stop_deceleration, jerk=config.stop_jerk),
     )
 
 
 def _arm(config: Config, workspace: Workspace) -> tuple[Backend, Clock]:
-    from hrcneuro.robot.sim import SimArm, VirtualClock
+    if config.backend == "sim":
+        from hrcneuro.robot.sim import SimArm, VirtualClock
 
-    clock = VirtualClock()
-    return SimArm(clock, workspace.home().tolist()), clock
+        virtual = VirtualClock()
+        return SimArm(virtual, workspace.home().tolist()), virtual
+
+    from hrcneuro.robot.backends import connect
+
+    return connect(config.backend, host=config.host, driver=config.driver)
 
 
 def _pace(config: Config) -> Pace:

@@ -1,4 +1,4 @@
-"""The controller: PolyScope's states, programs, and the cycle that moves the arm. It opens no socket and reads no clock.
+"""The controller: PolyScope's states, programs, and the cycle that moves the arm. No socket, no clock.
 
 Modes and values are RTDE's and the dashboard's ("RTDE guide", "Dashboard server, CB-series", Universal Robots).
 """
@@ -21,8 +21,7 @@ STOPPING, STOPPED, PLAYING, PAUSING, PAUSED = 0, 1, 2, 3, 4
 
 _SAFETY_BITS = {NORMAL: 1 << 0, PROTECTIVE: 1 << 2, SAFEGUARD: 1 << 4, EMERGENCY: 1 << 6 | 1 << 7}
 _STOPPED_BY_SAFETY = 1 << 10
-_HARD = 20.0  # rad/s², a protective or emergency stop
-_PAUSE = 4.0
+_BRAKING = 20.0  # rad/s², where a safety stop, a pause or the end of a program leaves the arm in motion
 _UNLOCK_AFTER = 5.0  # s, before which PolyScope refuses to unlock a protective stop
 _BOOT = 1.0  # s, of each step of powering up
 
@@ -271,7 +270,7 @@ class Controller:
             if arm.at_rest and not any(arm.target_qd):
                 arm.cycle(ZERO)
                 return
-            stop = self._stop = self._stop or StopJ(_HARD if self.safety_mode != NORMAL else _PAUSE)
+            stop = self._stop = self._stop or StopJ(_BRAKING)
             arm.cycle(stop.step(arm, 1.0))
             return
         self._stop = None
@@ -280,7 +279,7 @@ class Controller:
             self._check(qd)
         except MotionFault as fault:
             self.protective_stop(str(fault))
-            arm.cycle(StopJ(_HARD).step(arm, 1.0))
+            arm.cycle(StopJ(_BRAKING).step(arm, 1.0))
             return
         arm.cycle(qd)
 

@@ -3,3 +3,42 @@
 ``ur`` drives a UR10 through ur_rtde, ``script`` through port 30003 as the paper did, ``ursim`` starts a simulated
 controller and drives it as ``ur`` does, ``ros`` hands joint velocities to a ROS node. None moves on connecting.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hrcneuro.robot.backend import Backend
+    from hrcneuro.robot.backends.clock import WallClock
+
+
+def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Backend, WallClock]:
+    """Return an arm that stands still, and the clock of its loop, which should begin at once.
+
+    Args:
+        backend: "ur", "ursim" or "ros".
+        host: Address of the controller, for "ur".
+        driver: "rtde" or "script", for "ur" and "ursim".
+
+    Raises:
+        HardwareError: The arm is not there, not ready, or what drives it is not installed.
+    """
+    from hrcneuro.robot.backends.clock import WallClock
+
+    clock = WallClock()
+    if backend == "ros":
+        from hrcneuro.robot.backends.ros import RosArm
+
+        return RosArm(clock), clock
+
+    def drive(address: str) -> ScriptArm | UrArm:
+        return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)
+
+    from hrcneuro.robot.backends.script import ScriptArm
+    from hrcneuro.robot.backends.ur import UrArm
+    from hrcneuro.robot.backends.ursim import UrSim
+
+    arm = UrSim(drive) if backend == "ursim" else drive(host)
+    arm.align()
+    return arm, clock

@@ -13,7 +13,7 @@ from hrcneuro.robot.backends.dashboard import check_ready, stop_by_script
 # Of speedJ: it must exceed the tile moves' 5 rad/s², or the arm falls behind; the loop bounds what is asked.
 _ACCELERATION = 15.0
 # Inputs must come this often, Hz, or the controller stops the program: a killed driver's arm rests within 0.25 s.
-_WATCHDOG = 20.0
+_WATCHDOG = 10.0
 _PATIENCE = 1.0  # s, for a stop to be acknowledged
 
 
@@ -41,13 +41,15 @@ class UrArm:
             )
         self._packet: State | None = None
         self._stamp = -1.0
+        self._moving, self._closed = False, threading.Event()
+        self._turn = threading.Lock()
+        threading.Thread(target=self._keep_awake, daemon=True).start()
 
     def align(self) -> None:
         """Return just after a packet has come: a loop that begins now reads fresh packets."""
         first, until = self._receive.getTimestamp(), self._clock.now() + 0.1
         while self._receive.getTimestamp() == first and self._clock.now() < until:
             self._clock.wait_until(self._clock.now() + 2e-4)
-            self._control.kickWatchdog()
         self._clock.wait_until(self._clock.now() + 1e-3)
 
     def state(self) -> State:
@@ -74,10 +76,13 @@ class UrArm:
 
     def speed(self, qd: list[float]) -> None:
         """Command joint velocities, six, rad/s."""
-        self._control.speedJ(qd, _ACCELERATION, PERIOD)
+        with self._turn:
+            self._moving = any(qd)
+            self._control.speedJ(qd, _ACCELERATION, PERIOD)
 
     def stop(self, deceleration: float) -> None:
         """Bring the arm to rest; where ur_rtde's program does not answer, by a program of its own."""
+        self._closed.set()
         packet = self.state()
         running = packet.safety == NORMAL and packet.runtime == PLAYING
         if running and self._clock.now() - packet.stamp < 0.1 and self._finishes(self._control.speedStop, deceleration):
@@ -87,9 +92,18 @@ class UrArm:
 
     def close(self) -> None:
         """End ur_rtde's program and disconnect."""
+        self._closed.set()
         if self._finishes(self._control.stopScript):
             self._finishes(self._control.disconnect)
         self._finishes(self._receive.disconnect)
+
+    def _keep_awake(self) -> None:
+        # Between moves the session may compute for longer than the watchdog waits. Only a resting arm is kept awake:
+        # in a move, a loop that hangs must stop the arm.
+        while not self._closed.wait(0.03):
+            with self._turn:
+                if not self._moving and not self._closed.is_set():
+                    self._control.kickWatchdog()
 
     def _finishes(self, call: Any, *arguments: Any) -> bool:
         # ur_rtde waits minutes for a controller that has gone silent; nobody here may.
