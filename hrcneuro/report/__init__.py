@@ -1,4 +1,4 @@
-"""The report: one page that lets a reader judge a run. A leaf: no stage ever reads it."""
+"""The report: one page that lets a reader judge a run, and its figures as files. A leaf: no stage ever reads it."""
 
 from __future__ import annotations
 
@@ -9,28 +9,50 @@ from typing import Any
 
 
 def write_report(settings: Any, items: Sequence[Any], path: Path) -> Path:
-    """Write the page unless it already shows exactly these results; return where it lies."""
-    from hrcneuro import __version__
+    """Write the page unless it already shows exactly these results; return where it lies.
+
+    The figures lie beside it, in ``figures/``: as PNG, those that the report draws itself also as PDF.
+    """
     from hrcneuro.cache import fingerprint
 
-    shown = {f"{i.stage}/{i.unit}": [i.key, i.state in ("hit", "ran")] for i in items}
-    code = fingerprint.code(
-        "hrcneuro.report.page", Path(__file__).parents[1], fingerprint.Memo(path.parent / ".memo.json")
-    )
-    stamp = fingerprint.digest({"items": shown, "code": code, "version": __version__, "study": settings.study.name})
+    memo = fingerprint.Memo(path.parent / ".memo.json")
+    stamp = _stamp(settings, items, memo)
     mark = path.with_suffix(".json")
     if path.is_file() and _read(mark) == stamp:
         return path
     from hrcneuro.report.page import render
     from hrcneuro.report.results import Results
 
-    html = render(Results(settings, items))
+    html = render(Results(settings, items, memo), path.parent / "figures")
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     part.write_text(html, encoding="utf-8")
     part.replace(path)
     mark.write_text(json.dumps({"stamp": stamp}), encoding="utf-8")
+    memo.save()
     return path
+
+
+def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
+    from hrcneuro import __version__
+    from hrcneuro.cache import fingerprint
+    from hrcneuro.contract import params
+
+    package = Path(__file__).parents[1]
+    return fingerprint.digest(
+        {
+            "items": {f"{i.stage}/{i.unit}": [i.key, i.state in ("hit", "ran"), i.why] for i in items},
+            "code": fingerprint.code("hrcneuro.report.page", package, memo),
+            "drawings": [
+                fingerprint.code(f"hrcneuro.report.{p.stem}", package, memo)
+                for p in sorted(Path(__file__).parent.glob("fig_*.py"))
+            ],
+            "style": fingerprint.file_digest(Path(__file__).with_name("page.css")),
+            "version": __version__,
+            "study": params(settings.study),
+            "sections": {name: params(section) for name, section in settings.sections.items()},
+        }
+    )
 
 
 def _read(mark: Path) -> str:

@@ -74,8 +74,8 @@ class Tested:
         if not self.any:
             return f"nothing significant (n = {self.n})"
         found = np.flatnonzero(self._columns())
-        rows = self.significant.reshape(len(self.channels), -1).any(axis=1)
-        names = [name for name, hit in zip(self.channels, rows, strict=True) if hit]
+        rows = np.flatnonzero(self.significant.reshape(len(self.channels), -1).any(axis=1))
+        names = [self.channels[i] for i in rows]
         where = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         text = f"{where}, {1000 * self.times[found[0]]:.0f} to {1000 * self.times[found[-1]]:.0f} ms"
         if len(self.frequencies):
@@ -84,13 +84,13 @@ class Tested:
         return text
 
     def _columns(self) -> NDArray[np.bool_]:
-        return self.significant.reshape(-1, len(self.times)).any(axis=0)
+        return np.asarray(self.significant.reshape(-1, len(self.times)).any(axis=0))
 
 
 def read(results: Results, stage: str) -> dict[tuple[str, str], Tested]:
     """Return (scenario, contrast) -> what ``erp`` or ``ersp`` has tested; empty where the group has not run."""
     table = results.table("erp" if stage == "erp" else "ersp", "group", f"{stage}_stats.parquet")
-    found = {}
+    found: dict[tuple[str, str], Tested] = {}
     if table is None:
         return found
     for key, part in table.groupby(["scenario", "contrast"], sort=False):

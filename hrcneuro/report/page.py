@@ -2,121 +2,205 @@
 
 from __future__ import annotations
 
-import base64
-import html
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Sequence
 from importlib.resources import files
+from pathlib import Path
 
 from hrcneuro import __version__, stages
-from hrcneuro.contract import params
-from hrcneuro.report.published import rows
+from hrcneuro.report import chapters, provenance
+from hrcneuro.report.album import Album
+from hrcneuro.report.drawn import Drawing, collect, draw_all
+from hrcneuro.report.markup import Cell, Raw, esc, fold, items, link, table
+from hrcneuro.report.published import Row, rows
 from hrcneuro.report.results import Figure, Results
+from hrcneuro.report.verdicts import VERDICTS
 
 TITLES = {
     "acquire": "Recordings",
-    "preprocess": "Preprocessing and signal quality",
-    "epoch": "Epochs and conditions",
-    "erp": "Event-related potentials",
-    "ersp": "Time-frequency analysis",
+    "preprocess": "Signal quality",
+    "epoch": "Trials and conditions",
+    "erp": "Potentials",
+    "ersp": "Rhythms",
     "decode": "Single-trial decoding",
     "simulate": "The robot that learns",
     "robot": "The arm",
 }
+# A stage's picture -> the name that a link shows; others are called by their file.
+NAMES = {
+    "decoding.png": "Forest plot",
+    "fig4.png": "Fig 4",
+    "learners.png": "Learners compared",
+    "confound.png": "Learning from errors",
+    "sweep.png": "Design sweep",
+    "erp.png": "ERP of all contrasts",
+    "erp_scenarios.png": "ERP by scenario",
+    "ersp.png": "ERSP of all contrasts",
+    "ersp_scenarios.png": "ERSP by scenario",
+    "robot.png": "Path and tracking error",
+    "timing.png": "Timing",
+    "reach.png": "Cell",
+}
+_FOLDED = ("erp.png", "erp_scenarios.png", "ersp.png", "ersp_scenarios.png")
+_ONCE = ("reach.png",)  # the same for every subject
 
 
-def render(results: Results) -> str:
-    """Return the report as one HTML document."""
-    name = html.escape(results.settings.study.name)
-    word, sentence = results.reality
-    chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
-    links = "".join(f'<a href="#{s}">{TITLES[s]}</a>' for s in chapters)
-    body = [
-        f"<header><h1>{name}</h1><p class='real {word.split('-')[-1]}'><strong>{word}</strong> {sentence}</p></header>",
-        f"<nav><a href='#published'>Published and this run</a>{links}<a href='#provenance'>Provenance</a></nav>",
-        _failures(results),
-        _published(results),
-        *(_chapter(results, stage) for stage in chapters),
-        _provenance(results),
-    ]
-    style = files("hrcneuro.report").joinpath("page.css").read_text(encoding="utf-8")
-    return (
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        f"<title>{name} - hrcneuro</title><style>{style}</style></head><body>{''.join(body)}</body></html>"
-    )
+class Page:
+    """One report in the making."""
+
+    def __init__(self, results: Results, folder: Path) -> None:
+        self.results = results
+        self.album = Album()
+        self.drawn = draw_all(results, folder)
+        self.figures = {stage: results.figures(stage) for stage in stages.NAMES}
+        collect([f for found in self.figures.values() for f in found], folder)
+        self.chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
+
+    def render(self) -> str:
+        """Return the report as one HTML document."""
+        name = esc(self.results.settings.study.name)
+        found = rows(self.results)
+        body = [
+            self._head(found),
+            self._missing(),
+            _verdicts(found),
+            *map(self._chapter, self.chapters),
+            provenance.chapter(self.results),
+        ]
+        style = files("hrcneuro.report").joinpath("page.css").read_text(encoding="utf-8")
+        page = (
+            "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
+            "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+            "<link rel='icon' href='data:,'>"
+            f"<title>{name} - hrcneuro</title><style>{style}</style></head><body>{''.join(body)}</body></html>\n"
+        )
+        return self.album.fill(page)
+
+    def _head(self, found: Sequence[Row]) -> str:
+        settings = self.results.settings
+        word, sentence = self.results.reality
+        kind = {"real": "real", "no data": "none"}.get(word, "synthetic")
+        left_out = f" ({len(settings.study.exclude)} excluded)" if settings.study.exclude else ""
+        ran = ", ".join(self.chapters) or "nothing"
+        counts = Counter(row.verdict for row in found if row.verdict)
+        chips = "".join(
+            f"<li class='{_kind(v)}'><b>{counts[v]}</b> {v}</li>" for v in VERDICTS if counts[v] or v == "agrees"
+        )
+        changed = provenance.changed(settings)
+        note = f", {link('settings', f'{len(changed)} settings differ from the paper').text}" if changed else ""
+        return (
+            f"<header><h1>{esc(settings.study.name)}</h1><p class='real {kind}'><strong>{word}</strong> {sentence}</p>"
+            f"<p>{len(settings.study.subjects)} subjects{left_out}; ran: {ran}; hrcneuro {__version__}{note}.</p>"
+            + (f"<ul class='chips'>{chips}</ul>" if found else "")
+            + f"</header>{self._nav(bool(found))}"
+        )
+
+    def _nav(self, published: bool) -> str:
+        first = ["<li><a href='#published'>Published and this run</a></li>"] if published else []
+        for stage in self.chapters:
+            figures = ", ".join(link(anchor, title).text for anchor, title in self._anchors(stage))
+            first.append(f"<li>{link(stage, TITLES[stage]).text}{f': {figures}' if figures else ''}</li>")
+        first.append("<li><a href='#provenance'>Provenance</a></li>")
+        return f"<nav><ul>{''.join(first)}</ul></nav>"
+
+    def _anchors(self, stage: str) -> list[tuple[str, str]]:
+        """Return (anchor, title) of a chapter's figures; of those a subject has, the first one's."""
+        found = {name: d.title for name, (d, _) in self.drawn.items() if d.chapter == stage}
+        for figure in self.figures[stage]:
+            if figure.unit == "group" or figure.path.name in NAMES:
+                title = NAMES.get(figure.path.name, figure.path.stem)
+                if title not in found.values():
+                    found[_anchor(figure)] = title
+        return list(found.items())
+
+    def _missing(self) -> str:
+        missing = [i for i in self.results.items if i.state not in ("hit", "ran")]
+        if not missing:
+            return ""
+        lines = [f"{i.stage} {i.unit}: {i.state} ({'; '.join(i.why)})" for i in missing]
+        return f"<section class='missing'><h2>Not in this report</h2>{items(provenance.plain(lines))}</section>"
+
+    def _chapter(self, stage: str) -> str:
+        notes = [w.removeprefix(f"{stage} ") for w in self.results.warnings() if w.startswith(f"{stage} ")]
+        group = [f for f in self.figures[stage] if f.unit == "group"]
+        shown = "".join(self._drawing(d, path) for d, path in self.drawn.values() if d.chapter == stage)
+        # Where the composed figures are there, the stage's own ones are the appendix.
+        beside = [f for f in group if shown and f.path.name in _FOLDED]
+        plain = "".join(self._figure(f) for f in group if f not in beside)
+        return (
+            f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{shown}{plain}{chapters.tables(self.results, stage)}"
+            f"{items(provenance.plain(notes))}"
+            f"{fold('All contrasts, also with error moves left out', ''.join(map(self._figure, beside)))}"
+            f"{self._subjects(stage)}</section>"
+        )
+
+    def _subjects(self, stage: str) -> str:
+        figures = [f for f in self.figures[stage] if f.unit != "group"]
+        units = list(dict.fromkeys(f.unit for f in figures))
+        once = [f for f in figures if f.path.name in _ONCE and f.unit == units[0]]
+        each = [f for f in figures if f.path.name not in _ONCE]
+        # One subject of the arm is a figure of the chapter; of the rest the group's figures speak.
+        first = [f for f in each if f.unit == units[0]] if stage == "robot" or len(units) == 1 else []
+        rest = [f for f in each if f not in first]
+        return "".join(map(self._figure, first + once)) + fold(
+            f"{'Other subjects' if first else 'Subjects'} ({len({f.unit for f in rest})})",
+            "".join(map(self._figure, rest)),
+        )
+
+    def _drawing(self, drawing: Drawing, path: Path) -> str:
+        return self._picture(drawing.name, path, f"{drawing.title}. {drawing.caption}", subject=False)
+
+    def _figure(self, figure: Figure) -> str:
+        alone = figure.unit == "group" or figure.path.name in _ONCE
+        text = figure.caption if alone else f"{figure.unit}: {figure.caption}"
+        return self._picture(_anchor(figure), figure.path, f"{text}.", subject=figure.unit != "group")
+
+    def _picture(self, anchor: str, path: Path, caption: str, *, subject: bool) -> str:
+        mark = self.album.mark(path, subject=subject)
+        text = esc(caption)
+        return (
+            f"<figure id='{anchor}'><div class='pan'><img alt='{text}' src='{mark}' decoding='async'></div>"
+            f"<figcaption>{text}</figcaption></figure>"
+        )
 
 
-def _failures(results: Results) -> str:
-    missing = [i for i in results.items if i.state not in ("hit", "ran")]
-    if not missing:
-        return ""
-    lines = [f"{i.stage} {i.unit}: {i.state} ({'; '.join(i.why)})" for i in missing]
-    return f"<section class='missing'><h2>Not in this report</h2>{_list(lines)}</section>"
+def render(results: Results, folder: Path) -> str:
+    """Return the report as one HTML document, and leave every figure as a file in the folder."""
+    return Page(results, folder).render()
 
 
-def _published(results: Results) -> str:
-    found = rows(results)
+def _anchor(figure: Figure) -> str:
+    return f"{figure.stage}-{figure.unit}-{figure.path.stem}"
+
+
+def _kind(verdict: str) -> str:
+    return verdict.split()[0]
+
+
+def _verdicts(found: Sequence[Row]) -> str:
     if not found:
         return ""
-    lines = "".join(
-        f"<tr><td>{html.escape(r.place)}</td><td>{html.escape(r.what)}</td><td>{html.escape(r.published)}</td>"
-        f"<td>{html.escape(r.ours)}</td><td class='{r.verdict.split()[0]}'>{r.verdict}</td></tr>"
-        for r in found
+    lines: list[list[Cell]] = []
+    chapter = ""
+    for row in (r for r in found if r.kind == "result"):
+        if row.chapter and row.chapter != chapter:
+            chapter = row.chapter
+            lines.append([link(chapter, TITLES[chapter])])
+        why = f"<small>{esc(row.why)}</small>" if row.why else ""
+        verdict = Raw(f"<span class='{_kind(row.verdict)}'>{esc(row.verdict)}</span>{why}")
+        lines.append([row.place, row.what, row.published, row.ours, verdict])
+    head = ["place", "quantity", "published", "this run"]
+    meanings = "; ".join(f"<em>{v}</em>: {esc(text)}" for v, text in VERDICTS.items())
+    others = "".join(
+        fold(title, table(head, [[r.place, r.what, r.published, r.ours] for r in found if r.kind == kind], cards=True))
+        for kind, title in (
+            ("parameter", "Parameters that the paper prints (chosen, so without verdict)"),
+            ("setup", "Setup that the paper prints (given, so without verdict)"),
+        )
     )
     return (
-        "<section id='published'><h2>Published and this run</h2><p>Place and figure as printed by Ehrlich et al. 2023 "
-        "(<a href='https://doi.org/10.1371/journal.pone.0287958'>doi:10.1371/journal.pone.0287958</a>). "
-        "<em>By construction</em>: the simulation was built to give this, so agreement is no evidence.</p>"
-        "<div class='wide'><table><thead><tr><th>place</th><th>quantity</th><th>published</th><th>this run</th>"
-        f"<th>verdict</th></tr></thead><tbody>{lines}</tbody></table></div></section>"
+        "<section id='published'><h2>Published and this run</h2><p>Ehrlich et al. 2023, PLoS ONE 18(7) e0287958 "
+        "(<a href='https://doi.org/10.1371/journal.pone.0287958'>doi:10.1371/journal.pone.0287958</a>), mean ± SD. "
+        f"</p><p class='small'>{meanings}. Below each verdict stands its criterion or its reason.</p>"
+        f"{table([*head, 'verdict'], lines, cards=True)}{others}</section>"
     )
-
-
-def _chapter(results: Results, stage: str) -> str:
-    settings = "; ".join(f"{k} = {v}" for k, v in params(results.settings.sections[stage]).items() if _short(v))
-    notes = [w.removeprefix(f"{stage} ") for w in results.warnings() if w.startswith(f"{stage} ")]
-    figures = results.figures(stage)
-    group = [f for f in figures if f.unit == "group"]
-    subjects = [f for f in figures if f.unit != "group"]
-    return (
-        f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{''.join(map(_figure, group))}{_list(notes)}"
-        f"{_fold('Subjects', subjects)}<p class='small'>{html.escape(settings)}</p></section>"
-    )
-
-
-def _fold(title: str, figures: list[Figure]) -> str:
-    if not figures:
-        return ""
-    opened = " open" if len({f.unit for f in figures}) == 1 else ""
-    return f"<details{opened}><summary>{title}</summary>{''.join(map(_figure, figures))}</details>"
-
-
-def _figure(figure: Figure) -> str:
-    data = base64.b64encode(figure.path.read_bytes()).decode()
-    text = html.escape(figure.caption if figure.unit == "group" else f"{figure.unit}: {figure.caption}")
-    return f"<figure><img alt='{text}' src='data:image/png;base64,{data}'><figcaption>{text}</figcaption></figure>"
-
-
-def _provenance(results: Results) -> str:
-    lines = []
-    for (stage, unit), item in sorted(results.done.items()):
-        about = results.record(stage, unit).get("provenance", {})
-        versions = ", ".join(f"{k} {v}" for k, v in about.get("versions", {}).items())
-        commit = f"{about.get('commit', '')[:10]}{' (changed)' if about.get('dirty') else ''}"
-        cells = (stage, unit, item.key, f"{about.get('seconds', 0):.1f}", str(about.get("peak_rss_mb", "")), commit)
-        lines.append("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in (*cells, versions)) + "</tr>")
-    return (
-        f"<section id='provenance'><h2>Provenance</h2><p>hrcneuro {__version__}</p><details><summary>Every entry: key, "
-        "seconds, peak memory of its process in MB, commit, versions</summary><div class='wide'><table><thead><tr>"
-        "<th>stage</th><th>unit</th><th>key</th><th>s</th><th>MB</th><th>commit</th><th>versions</th></tr></thead>"
-        f"<tbody>{''.join(lines)}</tbody></table></div></details></section>"
-    )
-
-
-def _list(lines: Iterable[str]) -> str:
-    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
-    return f"<ul>{items}</ul>" if items else ""
-
-
-def _short(value: object) -> bool:
-    return not isinstance(value, dict) and len(str(value)) < 60

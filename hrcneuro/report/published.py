@@ -29,7 +29,7 @@ NAMES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC"}
 
 @dataclass(frozen=True)
 class Result:
-    """A printed result: the key of what measures it here, its place, the quantity, the figure, the chapter to look at."""
+    """A printed result: the key of what measures it here, its place, quantity and figure, and the chapter to see."""
 
     key: str
     place: str
@@ -61,7 +61,7 @@ def _table_2() -> Iterator[Result]:
             yield Result(f"{scenario} {problem} {name}", place, what, f"{mean} ± {sd} %", "decode")
         word = "above" if (scenario, problem) == ("iC", "RRvsRH") else "not above"
         yield Result(
-            f"{scenario} {problem} above", "Table 2, 2.6.2", f"{problem}, {scenario}", f"{word} chance", "decode"
+            f"{scenario} {problem} above", "Table 2", f"{problem}, {scenario}, ACC", f"{word} chance", "decode"
         )
 
 

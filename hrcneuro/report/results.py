@@ -25,8 +25,11 @@ class Figure:
 class Results:
     """The items of a run that are up to date."""
 
-    def __init__(self, settings: Any, items: Sequence[Any]) -> None:
+    def __init__(self, settings: Any, items: Sequence[Any], memo: Any = None) -> None:
+        from hrcneuro.cache.fingerprint import Memo
+
         self.settings = settings
+        self.memo = memo or Memo(Path(".memo.json"))
         self.items = items
         self._maps: dict[str, dict[tuple[str, str], Any]] = {}
         self.done = {(i.stage, i.unit): i for i in items if i.state in ("hit", "ran")}

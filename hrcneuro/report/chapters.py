@@ -1,0 +1,179 @@
+"""What a chapter says beside its figures: counts, Table 2, subjects, milestones, the arm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from hrcneuro.report.markup import Cell, fold, table
+from hrcneuro.report.results import Results
+from hrcneuro.report.verdicts import spread
+
+
+def tables(results: Results, stage: str) -> str:
+    """Return a stage's tables; empty where it has none to show."""
+    makers = {
+        "acquire": _recordings,
+        "preprocess": _quality,
+        "epoch": _counts,
+        "decode": _decoding,
+        "simulate": _milestones,
+        "robot": _robots,
+    }
+    return makers[stage](results) if stage in makers else ""
+
+
+def _recordings(results: Results) -> str:
+    rows: list[list[Cell]] = []
+    for unit in results.units("acquire"):
+        s = results.summary("acquire", unit)
+        real = s.get("real", {})
+        kind = "real" if real.get("eeg") else "synthetic EEG, real behaviour" if real.get("behaviour") else "synthetic"
+        channels = ", ".join(f"{n} {name}" for name, n in s.get("channels", {}).items())
+        events = ", ".join(f"{n} {name}" for name, n in s.get("events", {}).items())
+        out = "" if unit in results.settings.included else "excluded"
+        minutes = s.get("duration_s", math.nan) / 60
+        rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
+    return fold("Recordings", table(["subject", "data", "channels", "rate", "length", "events", ""], rows))
+
+
+def _quality(results: Results) -> str:
+    rows: list[list[Cell]] = []
+    for unit in results.units("preprocess"):
+        s = results.summary("preprocess", unit)
+        rate = f"{s.get('source_sfreq', 0):g} to {s.get('sfreq', 0):g} Hz"
+        rows.append([unit, ", ".join(s.get("interpolated", ())) or "none", rate, s.get("interpolation", "")])
+    return fold("Replaced channels", table(["subject", "replaced", "rate", "interpolation"], rows))
+
+
+def _counts(results: Results) -> str:
+    found = {u: results.summary("epoch", u) for u in results.units("epoch")}
+    cells = [(s, c) for one in found.values() for s, cases in one.get("counts", {}).items() for c in cases]
+    cells = list(dict.fromkeys(cells))
+    rows: list[list[Cell]] = []
+    for unit, s in found.items():
+        counts = [s.get("counts", {}).get(scenario, {}).get(case, 0) for scenario, case in cells]
+        rows.append([unit, *counts, s.get("epochs", ""), s.get("rejected", 0), "outlier" if s.get("outlier") else ""])
+    included = [s for u, s in found.items() if u in results.settings.included]
+    if len(included) > 1:
+        means = [spread([s.get("counts", {}).get(a, {}).get(b, 0) for s in included], 0) for a, b in cells]
+        rows.append([f"mean ± SD, n = {len(included)}", *means, "", "", ""])
+    head = ["subject", *(f"{a} {b}" for a, b in cells), "epochs", "rejected", ""]
+    return table(head, rows)
+
+
+def _decoding(results: Results) -> str:
+    table2, subjects = (results.table("decode", "group", f"{n}.parquet") for n in ("table2", "subjects"))
+    tests = results.table("decode", "group", "group_tests.parquet")
+    if table2 is None or subjects is None or tests is None or table2.empty:
+        return ""
+    decoders = list(dict.fromkeys(subjects["decoder"]))
+    text = f"<h3>Table 2</h3>{_table_2(table2[table2['decoder'] == decoders[0]])}"
+    text += f"<h3>Above chance?</h3>{_tests(tests)}"
+    compared = results.table("decode", "group", "compared.parquet")
+    if compared is not None and len(compared):
+        rows = [
+            [r["scenario"], r["problem"], r["decoder"], f"{r['difference']:+.1f} ± {r['sd']:.1f}", _p(r["p_holm"])]
+            for r in compared.to_dict("records")
+        ]
+        head = ["scenario", "problem", "decoder", f"balanced accuracy less that of {decoders[0]}", "p (Holm)"]
+        text += f"<h3>Decoders compared</h3>{table(head, rows)}"
+    return text + fold("Every subject", _subjects(subjects))
+
+
+def _table_2(rows: Any) -> str:
+    measures = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC", "bacc": "balanced", "chance": "chance"}
+    lines: list[list[Cell]] = []
+    for (scenario, problem), part in rows.groupby(["scenario", "problem"], sort=True):
+        at = {r["measure"]: r for r in part.to_dict("records")}
+        ours = [_mean(at.get(name)) for name in measures]
+        lines.append([scenario, problem, "this run", *ours])
+        printed = [_mean(at.get(name), "published_") for name in measures]
+        if any(cell != "-" for cell in printed):
+            lines.append(["", "", "published", *printed])
+    return table(["scenario", "problem", "", *(f"{name} (%)" for name in measures.values())], lines)
+
+
+def _mean(row: Mapping[str, Any] | None, prefix: str = "") -> str:
+    if row is None or not math.isfinite(row[f"{prefix}mean"]):
+        return "-"
+    sd = row[f"{prefix}sd"]
+    return f"{row[f'{prefix}mean']:.1f}" + (f" ± {sd:.1f}" if math.isfinite(sd) else "")
+
+
+def _tests(tests: Any) -> str:
+    rows: list[list[Cell]] = [
+        [
+            r["scenario"],
+            r["problem"],
+            r["decoder"],
+            r["n"],
+            f"{r['bacc']:.1f}",
+            _p(r["p"]),
+            _p(r["p_holm"]),
+            "yes" if r["above_chance"] else "no",
+            {True: "yes", False: "no"}.get(r["published_above"], "-"),
+        ]
+        for r in tests.to_dict("records")
+    ]
+    head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)", "ACC above chance"]
+    return table([*head, "published"], rows)
+
+
+def _subjects(subjects: Any) -> str:
+    rows: list[list[Cell]] = []
+    for r in subjects.sort_values(["scenario", "problem", "decoder", "subject"]).to_dict("records"):
+        rates = [f"{r[m]:.1f}" if math.isfinite(r[m]) else "-" for m in ("tnr", "tpr", "acc", "bacc", "chance")]
+        trials = f"{r['n1']} : {r['n2']}"
+        rows.append([r["scenario"], r["problem"], r["decoder"], r["subject"], trials, *rates, _p(r["p"]), r["note"]])
+    rates_head = ["TNR", "TPR", "ACC", "balanced", "chance", "p, permutation", ""]
+    return table(["scenario", "problem", "decoder", "subject", "trials", *rates_head], rows)
+
+
+def _p(value: float | None) -> str:
+    return "-" if value is None or not math.isfinite(value) else f"{value:.3g}"
+
+
+def _milestones(results: Results) -> str:
+    found = results.table("simulate", "group", "milestones.parquet")
+    if found is None:
+        return ""
+    rows: list[list[Cell]] = []
+    for r in found[found["variant"].astype(str).str.contains("emp")].to_dict("records"):
+        episode, earliest, latest = (f"{v:.0f}" if math.isfinite(v) else "never" for v in _three(r))
+        minutes = f"{r['minutes']:.0f}" if math.isfinite(r["minutes"]) else "-"
+        level = f"{100 * r['level']:.0f} %"
+        rows.append(
+            [r["simulation"], r["variant"], level, episode, f"{earliest} to {latest}", f"{r['trial_s']:g} s", minutes]
+        )
+    head = ["simulation", "decoder", "accuracy", "episode", "95 % band", "a trial lasts", "minutes"]
+    return fold("When the robot has learned", table(head, rows))
+
+
+def _three(row: Mapping[str, Any]) -> tuple[float, float, float]:
+    return tuple(math.nan if row[n] is None else float(row[n]) for n in ("episode", "earliest", "latest"))  # type: ignore[return-value]
+
+
+def _robots(results: Results) -> str:
+    rows: list[list[Cell]] = []
+    for unit in results.units("robot"):
+        s = results.summary("robot", unit)
+        rows.append(
+            [
+                unit,
+                s.get("moves", "-"),
+                _number(s.get("max_error_mm"), 3),
+                _number(s.get("end_error_mm"), 3),
+                _number(s.get("t_2mm_s"), 3),
+                _number(s.get("loop_hz"), 2),
+                _number(s.get("jitter_p99_ms"), 3),
+                s.get("stops", "-"),
+            ]
+        )
+    head = ["subject", "moves", "greatest error (mm)", "error on arrival (mm)", "2 mm after (s)", "loop (Hz)"]
+    return fold("Every subject's arm", table([*head, "jitter, 99 % (ms)", "stops"], rows))
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"

@@ -1,0 +1,95 @@
+"""The confound panel: is it the takeover that is decoded, or what goes with it?"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hrcneuro.report.results import Results
+from hrcneuro.stages.figure_style import GREY, STYLE
+
+_PLAIN, _STRATUM, _FREE = "#222222", "#b0246a", "#b36b00"
+# Column of the subjects' scores -> label, colour, stratum; a gap before each block.
+ROWS: tuple[tuple[str, str, str, tuple[str, bool] | None] | None, ...] = (
+    ("bacc", "all trials", _PLAIN, None),
+    ("lobo_bacc", "one block left out", _PLAIN, None),
+    None,
+    ("prev_error_no_bacc", "after no error", _STRATUM, ("prev_error", False)),
+    ("prev_error_yes_bacc", "after an error", _STRATUM, ("prev_error", True)),
+    ("turn_no_bacc", "no turn ahead", _STRATUM, ("turn", False)),
+    ("turn_yes_bacc", "turn ahead", _STRATUM, ("turn", True)),
+    ("matched_bacc", "retrained after no error", _STRATUM, None),
+    None,
+    ("prev_error_fitted_bacc", "no EEG: previous error", _FREE, None),
+    ("turn_fitted_bacc", "no EEG: turn ahead", _FREE, None),
+)
+
+
+def draw(results: Results) -> Figure | None:
+    """Return one panel a scenario and problem; None where nothing was decoded or no trial has a cue."""
+    scores = results.table("decode", "group", "subjects.parquet")
+    decoders = results.settings.sections["decode"].decoders
+    if scores is None or not decoders:
+        return None
+    scores = scores[(scores["decoder"] == decoders[0]) & np.isfinite(scores["bacc"].astype(float))]
+    columns = [row[0] for row in ROWS if row and row[0] not in ("bacc", "lobo_bacc")]
+    if scores.empty or not np.isfinite(scores[columns].to_numpy(float)).any():
+        return None
+    strata = results.tables("decode", "strata.parquet")
+    sizes = pd.concat(list(strata.values())) if strata else pd.DataFrame()
+    panels = list(scores.groupby(["scenario", "problem"], sort=True))
+    with rc_context(STYLE):
+        figure = Figure(figsize=(1.9 + 2.0 * len(panels), 3.6), layout="constrained")
+        axes = figure.subplots(1, len(panels), sharey=True, sharex=True, squeeze=False)[0]
+        for axis, ((scenario, problem), part) in zip(axes, panels, strict=True):
+            if len(sizes):
+                here = sizes[(sizes["scenario"] == scenario) & (sizes["problem"] == problem)]
+                _panel(axis, part, here[here["decoder"] == decoders[0]])
+            else:
+                _panel(axis, part, sizes)
+            axis.set_title(f"{scenario}: {problem}")
+            axis.set_xlabel("balanced accuracy (%)")
+        values = scores[["bacc", *columns]].to_numpy(float)
+        axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanquantile(values, 0.99)) + 3)
+        axes[0].set_yticks(*_ticks())
+        axes[0].set_ylim(-len(ROWS) + 0.4, 0.6)
+        figure.get_layout_engine().set(w_pad=0.06)  # type: ignore[union-attr]
+    return figure
+
+
+def _ticks() -> tuple[list[int], list[str]]:
+    rows = [(-i, row[1]) for i, row in enumerate(ROWS) if row]
+    return [place for place, _ in rows], [label for _, label in rows]
+
+
+def _panel(axis: Axes, part: pd.DataFrame, sizes: pd.DataFrame) -> None:
+    from scipy.stats import t
+
+    axis.axvline(50, color=GREY, lw=0.8)
+    axis.tick_params(axis="y", length=0)
+    for i, row in enumerate(ROWS):
+        if row is None:
+            axis.axhline(-i, color="0.85", lw=0.6)
+            continue
+        column, _, colour, stratum = row
+        values = part[column].to_numpy(float)
+        values = values[np.isfinite(values)]
+        # A stratum that few subjects have says nothing of the group.
+        if 2 * len(values) < len(part):
+            axis.text(50.6, -i, "too few trials", fontsize=6.5, color=GREY, va="center")
+            continue
+        axis.plot(values, np.full(len(values), -i), "o", ms=2.5, color=colour, alpha=0.3, mew=0)
+        mean = values.mean()
+        if len(values) > 1:
+            half = t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+            axis.plot([mean - half, mean + half], [-i, -i], color=colour, lw=2)
+        axis.plot(mean, -i, "D", ms=5, color=colour)
+        if stratum and len(sizes):
+            rows = sizes[(sizes["cue"] == stratum[0]) & (sizes["value"].astype(bool) == stratum[1])]
+            text = f"{rows['n1'].mean():.0f} : {rows['n2'].mean():.0f}"
+            axis.text(
+                0.99, -i, text, transform=axis.get_yaxis_transform(), ha="right", va="center", fontsize=6, color=GREY
+            )

@@ -1,0 +1,74 @@
+"""The moves of all subjects: how long they take, how closely the arm follows, how punctual the markers are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hrcneuro.report.measured_moves import TRIAL_MS
+from hrcneuro.report.results import Results
+from hrcneuro.stages.figure_style import COLOURS, GREY, STYLE
+
+
+def draw(results: Results) -> Figure | None:
+    """Return the figure; None where no arm has moved."""
+    moves = results.tables("robot", "moves.parquet")
+    if not moves:
+        return None
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.4, 2.9), layout="constrained")
+        durations, errors, arrival, markers = figure.subplots(1, 4)
+        _durations(durations, results)
+        _errors(errors, moves)
+        everything = pd.concat(list(moves.values()))
+        arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
+        arrival.set_xlabel("entry into the 2 mm radius / t_f")
+        arrival.set_ylabel("moves")
+        arrival.set_title("arrival")
+        latency = everything["trigger_latency_ms"].dropna()
+        markers.hist(latency, bins=60, color=COLOURS[0])
+        markers.set_xlabel("from marker to motion onset (ms)")
+        markers.set_title(f"{latency.mean():.2f} ± {latency.std():.2f} ms, n = {len(latency)}")
+    return figure
+
+
+def _durations(axes: Axes, results: Results) -> None:
+    trials = results.tables("acquire", "trials.parquet")
+    axes.set_title("onset to onset; dashed: the paper's mean")
+    axes.set_xlabel("ms")
+    axes.set_ylabel("share of the moves")
+    moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
+    if moves.empty:
+        return
+    for (scenario, (mean, _)), colour in zip(TRIAL_MS.items(), COLOURS, strict=False):
+        soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
+        if len(soa):
+            bins = np.arange(400, 2000, 25)
+            axes.hist(
+                soa, bins=bins, weights=np.full(len(soa), 1 / len(soa)), histtype="step", color=colour, label=scenario
+            )
+            axes.axvline(mean, color=colour, lw=0.8, ls="--")
+    axes.set_xlim(500, 1500)
+    axes.legend(loc="upper right")
+
+
+def _errors(axes: Axes, moves: dict[str, pd.DataFrame]) -> None:
+    for column, colour, label in (
+        ("max_error_mm", COLOURS[1], "greatest on the way"),
+        ("end_error_mm", COLOURS[0], "on arrival"),
+    ):
+        for i, table in enumerate(moves.values()):
+            values = np.sort(table[column].dropna().to_numpy(float))
+            share = np.arange(1, len(values) + 1) / max(len(values), 1)
+            axes.plot(values, share, color=colour, lw=0.8, alpha=0.7, label=label if i == 0 else "_nolegend_")
+    axes.axvline(2, color=GREY, lw=0.8, ls="--")
+    axes.set_xscale("log")
+    axes.set_xlabel("distance from the reference (mm)")
+    axes.set_ylabel("share of the moves")
+    axes.set_title(f"tracking error, {len(moves)} subjects")
+    axes.set_xlim(0.005, 4)
+    axes.legend(loc="upper left", fontsize=6.5)
+    axes.set_ylim(0, 1.25)
