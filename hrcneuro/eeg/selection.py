@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,49 @@ def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "
         for scenario, inside in _scenarios(trials, split)
         for name, mask in members.items()
     ]
+
+
+def strata(
+    trials: pd.DataFrame,
+    found: Sequence[Cell],
+    columns: Iterable[str],
+    pairs: Iterable[tuple[str, ...]],
+    *,
+    at_least: int,
+) -> list[Cell]:
+    """Return the cells of pairs of conditions among the trials with one value of a column: of each, or of neither.
+
+    A stratum's scenario is ``iC, prev_error yes``. Where the trials are split into scenarios, those are stratified, not
+    all trials together. A column without two values among a pair's trials is no stratification of it.
+
+    Args:
+        trials: The trial table, one row an epoch.
+        found: What :func:`cells` returned.
+        columns: Columns of the table; those that it lacks, or that hold nothing, give no cell.
+        pairs: Names of two conditions that are compared.
+        at_least: Trials that each of the two must have.
+    """
+    by_key = {(cell.scenario, cell.condition): cell.mask for cell in found}
+    scenarios = list(dict.fromkeys(cell.scenario for cell in found))
+    made: dict[str, Cell] = {}
+    for scenario in [s for s in scenarios if s != ALL] or scenarios:
+        for column in columns:
+            values = trials[column] if column in trials else pd.Series([None] * len(trials), dtype=object)
+            for pair in pairs:
+                masks = [by_key.get((scenario, name), np.zeros(len(trials), bool)) for name in pair]
+                inside = np.logical_or.reduce(masks)
+                levels = sorted(values[inside].dropna().unique(), key=str)
+                for level in levels if len(levels) > 1 else []:
+                    here = (values == level).to_numpy(bool)
+                    place = f"{scenario}, {column} {_level(level)}"
+                    parts = [Cell(place, name, mask & here) for name, mask in zip(pair, masks, strict=True)]
+                    if min(part.n for part in parts) >= at_least:
+                        made |= {part.label: part for part in parts}
+    return sorted(made.values(), key=lambda cell: cell.scenario)
+
+
+def _level(value: object) -> str:
+    return ("no", "yes")[bool(value)] if isinstance(value, bool | np.bool_) else str(value)
 
 
 def shortest_gap_s(trials: pd.DataFrame) -> float:

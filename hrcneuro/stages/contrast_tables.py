@@ -10,8 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.selection import Cell, shortest_gap_s
 from hrcneuro.errors import DataError
 from hrcneuro.io.tables import Column, Table, read_lists, read_table, write_table
+from hrcneuro.stages.contrast_strata import split_label
 from hrcneuro.stages.group_contrasts import Tested
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 Maps = Mapping[tuple[str, str], NDArray[Any]]
 
 _SCENARIO = {"scenario": Column("category", "", "value of the split column, or all")}
+_STRATUM = {"stratum": Column("category", "", "trial column and its value: the trials that were taken")}
 _CONDITION = {**_SCENARIO, "condition": Column("category", "", "name of the condition")}
 _CONTRAST = {**_SCENARIO, "contrast": Column("category", "", "name of the contrast, plus - minus")}
 _CHANNEL = {"channel": Column("category", "", "EEG channel")}
@@ -80,6 +83,13 @@ ERSP_STATS = Table(
     {**_CONTRAST, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_TESTED},
 )
 
+# The same within strata: averages of erp and ersp, tests of erp and ersp.
+STRATA = Table(1, "one row an average within a stratum", {**_STRATUM, **AVERAGES.columns})
+ERP_STRATA = Table(1, "one row a stratum, contrast and channel", {**_STRATUM, **ERP_STATS.columns})
+ERSP_STRATA_SUBJECT = Table(
+    1, "one row a stratum, condition, channel and frequency", {**_STRATUM, **ERSP_SUBJECT.columns}
+)
+ERSP_STRATA = Table(1, "one row a stratum, contrast, channel and frequency", {**_STRATUM, **ERSP_STATS.columns})
 
 CHANNELS = Table(
     1,
@@ -124,7 +134,7 @@ def write_grand(
 
 
 def write_tested(tested: Iterable[Tested], axes: Mapping[str, Any], path: Path, table: Table) -> None:
-    """Write the contrasts: :data:`ERP_STATS` or :data:`ERSP_STATS`; axes as in :func:`write_grand`."""
+    """Write the contrasts: :data:`ERP_STATS`, :data:`ERSP_STATS` or those of strata; axes as in :func:`write_grand`."""
     rows: list[pd.DataFrame] = []
     lists: dict[str, list[NDArray[Any]]] = {name: [] for name in _TESTED}
     for one in tested:
@@ -146,12 +156,28 @@ def write_tested(tested: Iterable[Tested], axes: Mapping[str, Any], path: Path, 
     _write(rows, lists, path, table)
 
 
+def write_strata(cells: Sequence[Cell], trials: pd.DataFrame, path: Path) -> None:
+    """Write :data:`STRATA`: the number of trials and the shortest gap of every average within a stratum."""
+    rows = [
+        (*reversed(split_label(cell.scenario)), cell.condition, cell.n, shortest_gap_s(trials[cell.mask]))
+        for cell in cells
+    ]
+    write_table(pd.DataFrame(rows, columns=list(STRATA.columns)), path, STRATA)
+
+
 def write_magnitudes(
-    maps: Maps, trials: Mapping[tuple[str, str], tuple[int, float]], axes: Mapping[str, Any], path: Path
+    maps: Maps,
+    trials: Mapping[tuple[str, str], tuple[int, float]],
+    axes: Mapping[str, Any],
+    path: Path,
+    table: Table = ERSP_SUBJECT,
 ) -> None:
-    """Write a subject's mean magnitudes with the number of trials and the shortest gap of each average."""
+    """Write a subject's mean magnitudes with the number of trials and the shortest gap of each average.
+
+    ``table`` is :data:`ERSP_SUBJECT` or :data:`ERSP_STRATA_SUBJECT`.
+    """
     rows = [_keys(axes, scenario=s, condition=c, n=trials[s, c][0]).assign(gap_s=trials[s, c][1]) for s, c in maps]
-    _write(rows, {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, ERSP_SUBJECT)
+    _write(rows, {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, table)
 
 
 def read_magnitudes(path: Path) -> tuple[dict[tuple[str, str], NDArray[np.float32]], dict[str, Any], float]:
@@ -169,7 +195,10 @@ def read_magnitudes(path: Path) -> tuple[dict[tuple[str, str], NDArray[np.float3
     if expected != list(zip(table["channel"], table["frequency_hz"], strict=True)):
         raise DataError(f"{path.name}: its rows are not complete", cure="rerun the stage ersp with --force")
     blocks = values.reshape(len(firsts), len(channels), len(frequencies), -1)
-    keys = zip(firsts["scenario"], firsts["condition"], strict=True)
+    scenarios = firsts["scenario"].astype(str)
+    if "stratum" in firsts:
+        scenarios = scenarios + ", " + firsts["stratum"].astype(str)
+    keys = zip(scenarios, firsts["condition"], strict=True)
     times = firsts["start_s"].iloc[0] + firsts["step_s"].iloc[0] * np.arange(values.shape[1])
     gap = float(firsts["gap_s"].min())
     return dict(zip(keys, blocks, strict=True)), {"channel": channels, "frequency_hz": frequencies, "times": times}, gap
@@ -195,6 +224,8 @@ def _write(rows: list[pd.DataFrame], lists: Mapping[str, list[NDArray[Any]]], pa
         if rows
         else pd.DataFrame({name: [] for name in table.columns if name not in lists})
     )
+    if "stratum" in table.columns and len(keys):
+        keys["scenario"], keys["stratum"] = zip(*map(split_label, keys["scenario"]), strict=True)
     columns: dict[str, Any] = {str(name): keys[name] for name in keys}
     columns |= {name: np.concatenate(blocks) if blocks else [] for name, blocks in lists.items()}
     write_table(columns, path, table)

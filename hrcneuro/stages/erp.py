@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.stages import group_contrasts
+from hrcneuro.stages import contrast_strata, group_contrasts
 
 if TYPE_CHECKING:
     import mne
@@ -28,6 +28,8 @@ FIGURES = {
     "erp.png": "Grand averages of takeover (colour) and continuation (grey) with standard errors over subjects; grey "
     "spans and white electrodes: significant differences; maps of the difference (the paper's Fig 2)",
     "erp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
+    "erp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in what is "
+    "coming (turn): what remains of the difference does not stem from that",
 }
 
 
@@ -50,6 +52,9 @@ class Config:
         "responses to neighbouring onsets: keep them in the average, or regress them out",
         choices=("keep", "regress"),
     )
+    strata: tuple[str, ...] = option(contrast_strata.COLUMNS, contrast_strata.ABOUT["strata"])
+    stratified: tuple[str, ...] = option(contrast_strata.PATTERNS, contrast_strata.ABOUT["stratified"])
+    min_stratum: int = option(5, contrast_strata.ABOUT["min_stratum"], low=1)
     correction: str = option(
         "max", "over channels and times: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
     )
@@ -75,8 +80,10 @@ def check(config: Config) -> list[str]:
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Average one subject's epochs and draw them."""
+    import numpy as np
     import pandas as pd
 
+    from hrcneuro.eeg.evoked import averages
     from hrcneuro.eeg.selection import nearest_channel, shortest_gap_s
     from hrcneuro.io.fif import write_evokeds
     from hrcneuro.io.tables import write_table
@@ -90,6 +97,15 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     rows = [(cell.scenario, cell.condition, cell.n, gaps[cell.label]) for cell in cells]
     table = pd.DataFrame(rows, columns=list(contrast_tables.AVERAGES.columns))
     write_table(table, out / "averages.parquet", contrast_tables.AVERAGES)
+    if config.overlap == "keep":
+        strata, notes = contrast_strata.cells(trials.table, cells, config)
+        warnings += notes
+        if strata:
+            within = averages(data, np.stack([cell.mask for cell in strata]))
+            write_evokeds(_evokeds(trials, strata, within, config), out / f"{inputs.unit}_strata_ave.fif")
+        contrast_tables.write_strata(strata, trials.table, out / "strata.parquet")
+    elif contrast_strata.chosen(config) and config.strata:
+        warnings.append("no strata: erp.overlap = 'regress' is offered for whole conditions only")
 
     channel = nearest_channel(config.channel, trials.info["ch_names"])
     if channel.lower() != config.channel.lower():
@@ -144,7 +160,15 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         if chosen:
             panels = drawing.panels(chosen)
             erp_figures.draw(panels, times, info, out / name, channel=channel, gap_s=gap, note=note)
-    return group_contrasts.group_summary(averages, tested, {"channel": names, "time_s": times}, config)
+    labels = {"channel": names, "time_s": times}
+    summary = group_contrasts.group_summary(averages, tested, labels, config)
+    strata = _read_strata(inputs, names)
+    within = list(group_contrasts.over_subjects(strata, config, adjacency))
+    contrast_tables.write_tested(within, axes, out / "erp_strata.parquet", contrast_tables.ERP_STRATA)
+    if within:
+        panels = replace(drawing, averages=strata).panels(within)
+        erp_figures.draw(panels, times, info, out / "erp_strata.png", channel=channel, gap_s=gap, note=note)
+    return summary | {"strata": contrast_strata.summary(within, labels)}
 
 
 def _averages(
@@ -215,6 +239,19 @@ def _read_group(
     info = mne.pick_info(first.info, [first.ch_names.index(name) for name in shared])
     known = [gap for gap in gaps if np.isfinite(gap)]
     return averages, first.times, info, min(known, default=float("nan"))
+
+
+def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, str], NDArray[np.float64]]]:
+    """Return subject -> averages within strata (µV) on these channels; subjects without any are left out."""
+    from hrcneuro.io.fif import read_evokeds
+
+    found = {}
+    for unit in inputs.units("erp"):
+        if inputs.has("erp", "{unit}_strata_ave.fif", unit=unit):
+            evokeds = read_evokeds(inputs.path("erp", f"{unit}_strata_ave.fif", unit=unit))
+            picked = [evokeds[0].ch_names.index(name) for name in names]
+            found[unit] = {_pair(e.comment): e.data[picked] * 1e6 for e in evokeds}
+    return found
 
 
 def _pair(comment: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError
-from hrcneuro.stages import group_contrasts
+from hrcneuro.stages import contrast_strata, group_contrasts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,13 +19,15 @@ if TYPE_CHECKING:
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
 
 INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
-GROUP_INPUTS: Patterns = {"ersp": ("ersp.parquet", "channels.parquet")}
+GROUP_INPUTS: Patterns = {"ersp": ("ersp*.parquet", "channels.parquet")}
 
 FIGURES = {
     "ersp_subject.png": "One subject's difference of mean magnitudes (of the magnitude itself, over its mean in time, "
     "where the study has no contrast)",
     "ersp.png": "Differences of mean magnitudes over subjects; full colour where significant (the paper's Fig 2)",
     "ersp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
+    "ersp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in what is "
+    "coming (turn)",
 }
 
 
@@ -47,6 +49,9 @@ class Config:
     high_cycles: float = option(10.0, "cycles of the highest one's; evenly spaced between", low=0, open_low=True)
     kernel_s: float = option(1.0, "length of the wavelets", unit="s", low=0, open_low=True)
     decimate: int = option(2, "keep every n-th sample of the magnitudes", low=1)
+    strata: tuple[str, ...] = option(contrast_strata.COLUMNS, contrast_strata.ABOUT["strata"])
+    stratified: tuple[str, ...] = option(contrast_strata.PATTERNS, contrast_strata.ABOUT["stratified"])
+    min_stratum: int = option(5, contrast_strata.ABOUT["min_stratum"], low=1)
     correction: str = option(
         "max",
         "over channels, frequencies and times: extreme statistics of sign flips, or clusters",
@@ -82,13 +87,19 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     trials = group_contrasts.read_trials(inputs)
     cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
+    strata, notes = contrast_strata.cells(trials.table, cells, config)
     wavelets = _wavelets(config, trials.info["sfreq"])
-    means = mean_magnitudes(trials.data, np.stack([cell.mask for cell in cells]), wavelets, step=config.decimate)
-    maps = {(cell.scenario, cell.condition): mean for cell, mean in zip(cells, means, strict=True)}
-    counts = {(cell.scenario, cell.condition): (cell.n, shortest_gap_s(trials.table[cell.mask])) for cell in cells}
+    both = [*cells, *strata]
+    means = mean_magnitudes(trials.data, np.stack([cell.mask for cell in both]), wavelets, step=config.decimate)
+    every = {(cell.scenario, cell.condition): mean for cell, mean in zip(both, means, strict=True)}
+    maps = {(cell.scenario, cell.condition): every.pop((cell.scenario, cell.condition)) for cell in cells}
+    counts = {(cell.scenario, cell.condition): (cell.n, shortest_gap_s(trials.table[cell.mask])) for cell in both}
     names = trials.info["ch_names"]
     axes = {"channel": names, "frequency_hz": wavelets.frequencies, "times": trials.times[:: config.decimate]}
     contrast_tables.write_magnitudes(maps, counts, axes, out / "ersp.parquet")
+    if strata:
+        path, table = out / "ersp_strata.parquet", contrast_tables.ERSP_STRATA_SUBJECT
+        contrast_tables.write_magnitudes(every, counts, axes, path, table)
     write_table(contrast_tables.positions(trials.info), out / "channels.parquet", contrast_tables.CHANNELS)
 
     gap = shortest_gap_s(trials.table)
@@ -102,7 +113,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         "trials": trial_counts,
         "frequencies_hz": list(wavelets.frequencies),
         "shortest_gap_s": None if gap != gap else gap,
-        "warnings": warnings + missing,
+        "warnings": warnings + notes + missing,
     }
 
 
@@ -128,7 +139,11 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     )
     labels = {"channel": axes["channel"], "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
     summary = group_contrasts.group_summary(averages, tested, labels, config)
-    return summary | {"warnings": summary["warnings"] + missing}
+    strata = _read_strata(inputs, axes["channel"])
+    within = list(group_contrasts.over_subjects(strata, config, adjacency))
+    contrast_tables.write_tested(within, axes, out / "ersp_strata.parquet", contrast_tables.ERSP_STRATA)
+    drawing.group(within, out / "ersp_strata.png", n=len(strata))
+    return summary | {"strata": contrast_strata.summary(within, labels), "warnings": summary["warnings"] + missing}
 
 
 def _wavelets(config: Config, sfreq: float) -> Wavelets:
@@ -172,6 +187,19 @@ def _read_group(
         averages[unit] = {pair: value[picked] for pair, value in maps.items()}
     gaps = [gap for _, _, gap in found.values() if gap == gap]
     return averages, first | {"channel": shared}, min(gaps, default=float("nan"))
+
+
+def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, str], NDArray[np.float32]]]:
+    """Return subject -> maps within strata on these channels; subjects without any are left out."""
+    from hrcneuro.stages.contrast_tables import read_magnitudes
+
+    found = {}
+    for unit in inputs.units("ersp"):
+        if inputs.has("ersp", "ersp_strata.parquet", unit=unit):
+            maps, axes, _ = read_magnitudes(inputs.path("ersp", "ersp_strata.parquet", unit=unit))
+            picked = [axes["channel"].index(name) for name in names]
+            found[unit] = {pair: value[picked] for pair, value in maps.items()}
+    return found
 
 
 def _adjacency(inputs: Inputs, axes: dict[str, Any]) -> Any:

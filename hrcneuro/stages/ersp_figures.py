@@ -107,7 +107,8 @@ class Drawing:
             bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
             bar.ax.tick_params(labelsize=6, length=2)
             bar.ax.set_title(unit, fontsize=7, pad=4)
-            bar.solids.set_alpha(1)
+            if bar.solids is not None:
+                bar.solids.set_alpha(1)
             bar.outline.set_linewidth(0.4)
             figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
             legend_below(figure, [], self.gap_s)

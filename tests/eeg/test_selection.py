@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.eeg.selection import cells, nearest_channel, shortest_gap_s
+from hrcneuro.eeg.selection import cells, nearest_channel, shortest_gap_s, strata
 from hrcneuro.errors import ConfigError
 
 STUDY = pd.DataFrame(
@@ -83,3 +83,37 @@ def test_nearest_channel():
     assert nearest_channel("cz", ["Fz", "CZ"]) == "CZ"
     assert nearest_channel("Cz", ["F3", "Oz", "Pz"]) == "Pz"
     assert nearest_channel("Cz", ["A1", "A2"]) == "A1"
+
+
+def strata_of(table, *, split="scenario", at_least=1, columns=("turn",)):
+    conditions = {name: f"case == '{name}'" for name in ("A", "B", "C")}
+    return strata(table, cells(table, conditions, split=split), columns, [("A", "B")], at_least=at_least)
+
+
+def test_strata_hold_both_conditions_of_a_pair_or_neither():
+    table = pd.DataFrame(
+        {
+            "scenario": ["x"] * 6 + ["y"] * 4,
+            "case": ["A", "A", "B", "B", "A", "C", "A", "B", "A", "B"],
+            "turn": [True, False, True, False, False, True, True, True, False, True],
+        }
+    )
+    found = strata_of(table)
+    assert [(c.label, c.n) for c in found] == [
+        ("x, turn no/A", 2),
+        ("x, turn no/B", 1),
+        ("x, turn yes/A", 1),
+        ("x, turn yes/B", 1),
+        ("y, turn yes/A", 1),
+        ("y, turn yes/B", 2),
+    ]
+    np.testing.assert_array_equal(np.flatnonzero(found[0].mask), [1, 4])
+    assert strata_of(table, at_least=2) == []
+    assert {c.scenario for c in strata_of(table, split="")} == {"all, turn no", "all, turn yes"}
+
+
+@pytest.mark.parametrize("values", [[True] * 4, [None] * 4, [True, True, None, None]])
+def test_a_column_without_two_values_is_no_stratification(values):
+    table = pd.DataFrame({"scenario": "x", "case": list("ABAB"), "turn": values})
+    assert strata_of(table) == []
+    assert strata_of(table, columns=("mood",)) == []

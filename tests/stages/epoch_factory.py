@@ -27,6 +27,7 @@ def trial_table(rng: np.random.Generator, n: int) -> pd.DataFrame:
             "error": rng.random(n) < 0.2,
             "prev_error": rng.random(n) < 0.2,
             "soa_s": np.round(rng.uniform(0.6, 1.2, n), 3),
+            "turn": rng.random(n) < 0.4,
         }
     )
 

@@ -129,7 +129,8 @@ def test_the_same_input_gives_the_same_bytes(tmp_path, pictures):
 
 def test_group_means_and_statistics(tmp_path):
     summary, out = run_group(tmp_path, 7, effect_uv=12, n=120)
-    assert {p.name for p in out.iterdir()} == {"erp.parquet", "erp_stats.parquet", "erp.png", "erp_scenarios.png"}
+    tables = {"erp.parquet", "erp_stats.parquet", "erp_strata.parquet"}
+    assert {p.name for p in out.iterdir()} == tables | {"erp.png", "erp_scenarios.png", "erp_strata.png"}
     evokeds = [
         {e.comment: e.data * 1e6 for e in read_evokeds(tmp_path / f"erp/s{i:02d}/s{i:02d}_ave.fif")}
         for i in range(1, 8)
@@ -164,6 +165,68 @@ def test_group_means_and_statistics(tmp_path):
     assert found["t_low"] == -found["t_high"]
     assert not summary["warnings"]
     json.dumps(summary, allow_nan=False)
+
+
+def test_contrasts_are_tested_again_within_strata(tmp_path):
+    """An effect of the previous error alone is a difference of conditions, but within neither stratum."""
+    units, config = {}, dataclasses.replace(SMALL, min_stratum=3)
+    for i in range(7):
+        rng = np.random.default_rng(i)
+        table = trial_table(rng, 240)
+        takeover = (table["condition_before"] == "RH").to_numpy()
+        table["prev_error"] = rng.random(240) < np.where(takeover, 0.7, 0.25)
+        folder = tmp_path / "epoch" / f"s{i}"
+        epochs = write_subject(folder, f"s{i}", seed=i, table=table)
+        bump = 40e-6 * np.exp(-(((epochs.times - 0.5) / 0.06) ** 2))
+        epochs._data[table["prev_error"].to_numpy(), 0] += bump
+        write_epochs(epochs, folder / f"s{i}_epo.fif")
+        out = tmp_path / "erp" / f"s{i}"
+        out.mkdir(parents=True)
+        summary = erp.run(config, Inputs.of(f"s{i}", epoch=folder), out)
+        assert not summary["warnings"]
+        units[f"s{i}"] = out
+        mask = takeover & table["prev_error"].to_numpy() & (table["scenario"] == "iC").to_numpy()
+        found = {e.comment: e for e in read_evokeds(out / f"s{i}_strata_ave.fif")}["iC, prev_error yes/RH_before"]
+        assert found.nave == mask.sum()
+        baselined = subtract_baseline(epochs.get_data(copy=True)[mask] * 1e6, epochs.times, (-0.2, 0))
+        np.testing.assert_allclose(found.data * 1e6, baselined.mean(axis=0), atol=1e-4)
+        counted = read_table(out / "strata.parquet").set_index(["stratum", "scenario", "condition"])
+        assert counted.loc[("prev_error yes", "iC", "RH_before"), "n"] == mask.sum()
+
+    out = tmp_path / "group"
+    out.mkdir()
+    summary = erp.run_group(config, Inputs.of("group", erp=units), out)
+    assert summary["contrasts"]["all"]["RH-RR_before"]["significant"] > 0
+    names = {f"{s}, {c} {v}" for s in ("iC", "sC") for c in ("prev_error", "turn") for v in ("no", "yes")}
+    assert set(summary["strata"]) == names
+    table = read_table(out / "erp_strata.parquet")
+    assert set(table["stratum"]) == {"prev_error no", "prev_error yes", "turn no", "turn yes"}
+
+    def at_the_effect(path, **keys):
+        mine = row(path, scenario="iC", contrast="RH-RR_before", channel="Fz", **keys)
+        return read_lists(path, "difference_uv")[mine][np.argmin(np.abs(epochs.times - 0.5))]
+
+    plain = at_the_effect(out / "erp_stats.parquet")
+    assert plain > 10
+    for stratum in ("prev_error no", "prev_error yes"):
+        assert abs(at_the_effect(out / "erp_strata.parquet", stratum=stratum)) < 0.25 * plain
+    for stratum in ("turn no", "turn yes"):
+        assert at_the_effect(out / "erp_strata.parquet", stratum=stratum) > 0.5 * plain
+    assert set(table["scenario"]) == {"iC", "sC"}
+    json.dumps(summary, allow_nan=False)
+
+
+@pytest.mark.parametrize("change", [{"strata": ()}, {"stratified": ("*_after",)}, {"min_stratum": 1000}])
+def test_without_strata_there_are_none(tmp_path, change):
+    summary, out = run_group(tmp_path, 2, dataclasses.replace(SMALL, **change))
+    assert summary["strata"] == {}
+    assert not len(read_table(out / "erp_strata.parquet"))
+    assert not (out / "erp_strata.png").exists()
+
+
+def test_a_stratum_that_the_trials_lack_is_said(tmp_path):
+    summary, *_ = run(tmp_path, dataclasses.replace(SMALL, strata=("prev_error", "mood")))
+    assert summary["warnings"] == ["no strata of mood: no such column, or no value in it"]
 
 
 def test_three_subjects_are_warned_of_and_one_is_described(tmp_path):

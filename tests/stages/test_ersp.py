@@ -76,7 +76,8 @@ def test_rows_are_the_means_of_single_trial_magnitudes(tmp_path):
 
 def test_group_statistics_find_the_planted_effect(tmp_path):
     summary, out = run_group(tmp_path, 8, effect_uv=25, n=100)
-    assert {p.name for p in out.iterdir()} == {"ersp.parquet", "ersp_stats.parquet", "ersp.png", "ersp_scenarios.png"}
+    tables = {"ersp.parquet", "ersp_stats.parquet", "ersp_strata.parquet"}
+    assert {p.name for p in out.iterdir()} == tables | {"ersp.png", "ersp_scenarios.png", "ersp_strata.png"}
     stats = out / "ersp_stats.parquet"
     table = read_table(stats)
     rows = ((table["scenario"] == "all") & (table["channel"] == "Fz") & (table["frequency_hz"] == 4)).to_numpy()
@@ -89,6 +90,7 @@ def test_group_statistics_find_the_planted_effect(tmp_path):
     assert found["peak"]["time_s"] == pytest.approx(0.5, abs=0.1)
     assert found["peak"]["difference_uv"] > 0
     assert summary["warnings"] == []
+    assert summary["strata"]["iC, prev_error no"]["RH-RR_before"]["peak"]["channel"] == "Fz"
     json.dumps(summary, allow_nan=False)
 
 
@@ -140,7 +142,7 @@ def test_a_foreign_study_runs(tmp_path):
     group.mkdir()
     summary = ersp.run_group(config, Inputs.of("group", ersp={"demo": out}), group)
     assert summary["contrasts"] == {}
-    assert {p.name for p in group.iterdir()} == {"ersp.parquet", "ersp_stats.parquet"}
+    assert {p.name for p in group.iterdir()} == {"ersp.parquet", "ersp_stats.parquet", "ersp_strata.parquet"}
 
 
 def test_frequencies_above_nyquist_are_refused(tmp_path):

@@ -1,0 +1,68 @@
+"""What erp and ersp share to compute contrasts again within strata: is a difference one of what went before?
+
+In the study's iC most takeovers follow an error and all are turns (paper/notes.md): within trials that are alike in
+that, a difference cannot stem from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hrcneuro.eeg.selection import Cell
+    from hrcneuro.stages.group_contrasts import Tested
+
+COLUMNS = ("prev_error", "turn")
+PATTERNS = ("*_before",)
+ABOUT = {
+    "strata": "trial columns whose values are the strata in which contrasts are computed again; empty for none",
+    "stratified": "which contrasts that are, as patterns of their names",
+    "min_stratum": "trials a condition below which a subject's stratum is left out",
+}
+
+
+def chosen(config: Any) -> dict[str, tuple[str, ...]]:
+    """Return the contrasts that are stratified."""
+    return {
+        name: pair
+        for name, pair in config.contrasts.items()
+        if any(fnmatchcase(name, pattern) for pattern in config.stratified)
+    }
+
+
+def cells(table: pd.DataFrame, found: list[Cell], config: Any) -> tuple[list[Cell], list[str]]:
+    """Return the strata's cells, and a sentence on what has none.
+
+    Args:
+        table: The trial table.
+        found: The cells that are stratified.
+        config: A Config with contrasts and the options of :data:`ABOUT`.
+    """
+    from hrcneuro.eeg.selection import strata
+
+    contrasts = chosen(config)
+    if not contrasts or not config.strata:
+        return [], []
+    lacking = [column for column in config.strata if column not in table or table[column].isna().all()]
+    made = strata(table, found, config.strata, contrasts.values(), at_least=config.min_stratum)
+    return made, [f"no strata of {', '.join(lacking)}: no such column, or no value in it"] if lacking else []
+
+
+def split_label(scenario: str) -> tuple[str, str | None]:
+    """Return the scenario and the stratum of a stratum's label: ``iC, prev_error yes``."""
+    plain, _, stratum = scenario.partition(", ")
+    return plain, stratum or None
+
+
+def summary(tested: Iterable[Tested], axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
+    """Return stratum -> contrast -> the contrast as JSON, as :func:`.group_contrasts.contrast_summary`."""
+    from hrcneuro.stages.group_contrasts import contrast_summary
+
+    found: dict[str, Any] = {}
+    for one in tested:
+        found.setdefault(one.scenario, {})[one.name] = contrast_summary(one, axes)
+    return found
