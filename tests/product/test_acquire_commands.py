@@ -52,7 +52,7 @@ def test_a_second_export_is_a_hit_and_a_foreign_folder_is_refused(hrcneuro, expo
 
 
 def test_the_rules_are_printed_as_a_table_and_as_json(hrcneuro, exported):
-    base, arguments, _ = exported
+    _, arguments, _ = exported
     table = hrcneuro("acquire", *arguments, "--rules")
     assert table.code == 0
     assert table.out.startswith("| rule ")

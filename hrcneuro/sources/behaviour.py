@@ -1,0 +1,87 @@
+"""The rules of the experiment (``paradigm.rules``) held against a study's moves: logged or simulated, without EEG."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hrcneuro.errors import ConfigError
+from hrcneuro.sources import options
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Source(Protocol):
+    """What of acquire's configuration decides the moves."""
+
+    @property
+    def source(self) -> str: ...
+    @property
+    def path(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def session(self) -> options.Session: ...
+    @property
+    def timing(self) -> options.Timing: ...
+
+
+def study_rules(config: Source, subjects: Iterable[str]) -> pd.DataFrame:
+    """Return one row a rule: rule, measured, target, ok (see ``paradigm.rules.check_rules``).
+
+    Rules of timing are measured where the moves are timed by simulation; the authors' logs have no times.
+
+    Raises:
+        ConfigError: The source has no moves of this experiment.
+        DataError: A log is missing, truncated or contradicts its metadata.
+    """
+    from hrcneuro.paradigm.rules import check_rules
+
+    return check_rules({subject: _moves(config, subject) for subject in subjects})
+
+
+def render(rules: pd.DataFrame, subjects: int) -> str:
+    """Return the rules as a Markdown table, with a closing line."""
+    rows = [["rule", "measured", "target", "holds"]]
+    rows += [
+        [one["rule"], _number(one["measured"]), one["target"], "yes" if one["ok"] else "NO"] for one in listed(rules)
+    ]
+    width = [max(len(row[i]) for row in rows) for i in range(4)]
+    lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, width, strict=True)) + " |" for row in rows]
+    lines.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
+    broken = int((~rules["ok"]).sum())
+    lines.append(f"\n{len(rules) - broken} of {len(rules)} rules hold, over {subjects} subjects")
+    if broken and subjects < 12:
+        lines.append("the limits leave room for chance in 12 subjects; fewer, or shorter sessions, may miss some")
+    return "\n".join(lines)
+
+
+def listed(rules: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rules in plain types, for JSON; what cannot be measured is None."""
+    names = ("rule", "measured", "target", "ok")
+    rows = zip(*(rules[name].tolist() for name in names), strict=True)
+    found = [dict(zip(names, row, strict=True)) for row in rows]
+    return [one | {"measured": None if math.isnan(one["measured"]) else one["measured"]} for one in found]
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.4g}"
+
+
+def _moves(config: Source, subject: str) -> pd.DataFrame:
+    from hrcneuro.sources import simulated
+    from hrcneuro.sources.logs import read_log
+
+    if config.source == "synthetic":
+        return simulated.simulate_trials(subject, session=config.session, timing=config.timing, seed=config.seed)
+    if config.source == "semisynthetic":
+        return simulated.logged_trials(config.path, subject, timing=config.timing, seed=config.seed)
+    if config.source == "dataset":
+        return read_log(Path(config.path).expanduser(), subject)
+    raise ConfigError(
+        f"acquire.source = {config.source!r} has no moves of this experiment",
+        cure="--rules is for source = synthetic, semisynthetic or dataset",
+    )
