@@ -160,11 +160,11 @@ def main(path: str, out: Path) -> None:
         "responses": erp_image(ours, made, trials),
     }
     for name, figure in figures.items():
-        figure.savefig(out / f"synthetic-{name}.png", dpi=90, metadata={"Software": None})
+        figure.savefig(out / f"synthetic_{name}.png", dpi=90, metadata={"Software": None})
     print("| | EEGLAB's sample | synthetic |\n|---|---|---|")
     for (what, left), right in zip(numbers(real).items(), numbers(ours).values(), strict=True):
         print(f"| {what} | {left} | {right} |")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2] if len(sys.argv) > 2 else "docs"))
+    main(sys.argv[1], Path(sys.argv[2] if len(sys.argv) > 2 else "docs/images"))
