@@ -92,11 +92,6 @@ class Controller:
         return (self.robot_mode >= IDLE) | (self.program is not None) << 1
 
     @property
-    def scaling(self) -> float:
-        """The speed slider's share, 0 … 1, or 0 where nothing may move."""
-        return self.slider if self.runtime_state == PLAYING else 0.0
-
-    @property
     def speed_scaling(self) -> float:
         """RTDE's speed_scaling: the slider, and 0 while a safety stop holds the arm."""
         return self.slider if self.safety_mode == NORMAL else 0.0

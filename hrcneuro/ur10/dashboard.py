@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import PurePosixPath
+from typing import ClassVar
 
 from hrcneuro.ur10.controller import (
     EMERGENCY,
@@ -166,7 +167,10 @@ class Session:
     def _unlock(self, argument: str) -> str:
         if self._c.unlock_protective_stop():
             return "Protective stop releasing"
-        return "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
+        return (
+            "Cannot unlock protective stop until 5s after occurrence. "
+            "Always inspect cause of protective stop before unlocking"
+        )
 
     def _restart_safety(self, argument: str) -> str:
         self._c.emergency_stop(False)
@@ -187,7 +191,7 @@ class Session:
         return f"Loading installation: {argument}" if argument else "File not found: "
 
     # Longest names first where one is the beginning of another.
-    _COMMANDS: dict[str, Callable[[Session, str], str]] = {
+    _COMMANDS: ClassVar[dict[str, Callable[[Session, str], str]]] = {
         "load installation": _installation, "load": _load, "play": _play, "stop": _stop, "pause": _pause,
         "quit": _quit, "shutdown": _shutdown, "running": _running, "robotmode": _robot_mode,
         "get loaded program": _loaded, "popup": _popup, "close popup": _close_popup,

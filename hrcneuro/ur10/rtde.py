@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from math import isfinite
-from typing import Any
+from typing import Any, ClassVar
 
 from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS, Output
@@ -100,10 +100,7 @@ class Session:
 
     def _text(self, payload: bytes) -> None:
         # The robot logs what clients say.
-        if self._version == 1:
-            text = payload[1:]
-        else:
-            text = payload[1 : 1 + payload[0]] if payload else b""
+        text = payload[1:] if self._version == 1 else payload[1 : 1 + payload[0]] if payload else b""
         self._c.tell("text", text.decode("utf-8", "replace"))
 
     def _setup_outputs(self, payload: bytes) -> None:
@@ -179,7 +176,7 @@ class Session:
     def _answer(self, command: bytes, payload: bytes) -> None:
         self._send(struct.pack(">H", 3 + len(payload)) + command + payload)
 
-    _HANDLERS = {
+    _HANDLERS: ClassVar[dict[int, Callable[[Session, bytes], None]]] = {
         ord("V"): _request_version, ord("v"): _controller_version, ord("M"): _text, ord("O"): _setup_outputs,
         ord("I"): _setup_inputs, ord("S"): _start, ord("P"): _pause, ord("U"): _data,
     }  # fmt: skip

@@ -69,7 +69,11 @@ async def _serve(
         loop.add_signal_handler(number, ended.set)
     if until_stdin_closes:
         # Whoever started it holds the other end, and lets go of it however it ends.
-        loop.add_reader(sys.stdin.fileno(), lambda: os.read(sys.stdin.fileno(), 4096) or ended.set())
+        def read() -> None:
+            if not os.read(sys.stdin.fileno(), 4096):
+                ended.set()
+
+        loop.add_reader(sys.stdin.fileno(), read)
     # A cycle every 8 ms: where that is allowed, before the machine's other work.
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, -15)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import hypot
+from math import cos, hypot, sin
 from typing import Any
 
+from hrcneuro.robot.kinematics import A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import ZERO
 from hrcneuro.ur10.controller import RUNNING, Controller
@@ -48,10 +49,6 @@ def momentum(c: Controller) -> float:
 
 def elbow(c: Controller) -> tuple[list[float], list[float]]:
     """Return position and velocity of the elbow."""
-    from math import cos, sin
-
-    from hrcneuro.robot.kinematics import A, D
-
     (q1, q2, *_), (w1, w2, *_) = c.arm.q, c.arm.qd
     x, z = A[1] * cos(q2), A[1] * sin(q2)
     at = [x * cos(q1), x * sin(q1), D[0] + z]
@@ -129,9 +126,9 @@ def _outputs() -> dict[str, Output]:
         "script_control_line": Output("UINT32", _value(0), (3, 14)),
     }
     for i in (0, 1):
-        table[f"standard_analog_input{i}"] = Output("DOUBLE", lambda c, i=i: c.memory.io.analog_in[i])
-        table[f"standard_analog_output{i}"] = Output("DOUBLE", lambda c, i=i: c.memory.io.analog_out[i])
-        table[f"tool_analog_input{i}"] = Output("DOUBLE", lambda c, i=i: c.memory.io.tool_analog_in[i])
+        table[f"standard_analog_input{i}"] = Output("DOUBLE", _channel("analog_in", i))
+        table[f"standard_analog_output{i}"] = Output("DOUBLE", _channel("analog_out", i))
+        table[f"tool_analog_input{i}"] = Output("DOUBLE", _channel("tool_analog_in", i))
     for direction in ("output", "input"):
         table.update(_registers(direction, f"{direction}s"))
     return table
@@ -140,25 +137,31 @@ def _outputs() -> dict[str, Output]:
 def _registers(prefix: str, bank: str) -> dict[str, Output]:
     # The upper half of the registers came with 3.9; inputs can be read back from then on.
     early = (3, 0) if prefix == "output" else (3, 9)
+    upper = (3, 9)
     table = {}
     for first in (0, 32):
-        name = f"{prefix}_bit_registers{first}_to_{first + 31}"
-        table[name] = Output("UINT32", lambda c, b=bank, i=first: getattr(c.memory, b).word(i), early)
+        table[f"{prefix}_bit_registers{first}_to_{first + 31}"] = Output("UINT32", _word(bank, first), early)
     for i in range(64, BITS):
-        table[f"{prefix}_bit_register_{i}"] = Output(
-            "BOOL", lambda c, b=bank, i=i: getattr(c.memory, b).bits[i], (3, 9)
-        )
+        table[f"{prefix}_bit_register_{i}"] = Output("BOOL", _register(bank, "bits", i), upper)
     for i in range(INTEGERS):
-        since = early if i < 24 else (3, 9)
-        table[f"{prefix}_int_register_{i}"] = Output(
-            "INT32", lambda c, b=bank, i=i: getattr(c.memory, b).ints[i], since
-        )
+        since = early if i < 24 else upper
+        table[f"{prefix}_int_register_{i}"] = Output("INT32", _register(bank, "ints", i), since)
     for i in range(DOUBLES):
-        since = early if i < 24 else (3, 9)
-        table[f"{prefix}_double_register_{i}"] = Output(
-            "DOUBLE", lambda c, b=bank, i=i: getattr(c.memory, b).doubles[i], since
-        )
+        since = early if i < 24 else upper
+        table[f"{prefix}_double_register_{i}"] = Output("DOUBLE", _register(bank, "doubles", i), since)
     return table
+
+
+def _channel(kind: str, i: int) -> Callable[[Controller], Any]:
+    return lambda c: getattr(c.memory.io, kind)[i]
+
+
+def _register(bank: str, kind: str, i: int) -> Callable[[Controller], Any]:
+    return lambda c: getattr(getattr(c.memory, bank), kind)[i]
+
+
+def _word(bank: str, first: int) -> Callable[[Controller], Any]:
+    return lambda c: getattr(c.memory, bank).word(first)
 
 
 def _inputs() -> dict[str, Input]:
@@ -167,7 +170,7 @@ def _inputs() -> dict[str, Input]:
     def masked(group: str, mask_type: str, fields: dict[str, str]) -> None:
         table[f"{group}_mask"] = Input(mask_type, lambda c, v: c.memory.masks.__setitem__(group, v))
         for name, kind in fields.items():
-            table[name] = Input(kind, lambda c, v, name=name: _apply(c, group, name, v))
+            table[name] = Input(kind, _masked(group, name))
 
     masked("speed_slider", "UINT32", {"speed_slider_fraction": "DOUBLE"})
     for group in _FIRST_BIT:
@@ -182,9 +185,7 @@ def _inputs() -> dict[str, Input]:
         },
     )
     for first in (0, 32):
-        table[f"input_bit_registers{first}_to_{first + 31}"] = Input(
-            "UINT32", lambda c, v, i=first: c.memory.inputs.set_word(i, v)
-        )
+        table[f"input_bit_registers{first}_to_{first + 31}"] = Input("UINT32", _put_word(first))
     for i in range(64, BITS):
         table[f"input_bit_register_{i}"] = Input("BOOL", _put("bits", i))
     for i in range(INTEGERS):
@@ -200,6 +201,14 @@ def _put(kind: str, i: int) -> Callable[[Controller, Any], None]:
         getattr(bank, kind)[i] = value
 
     return write
+
+
+def _put_word(first: int) -> Callable[[Controller, Any], None]:
+    return lambda c, value: c.memory.inputs.set_word(first, value)
+
+
+def _masked(group: str, name: str) -> Callable[[Controller, Any], None]:
+    return lambda c, value: _apply(c, group, name, value)
 
 
 _FIRST_BIT = {"standard_digital_output": 0, "configurable_digital_output": 8, "tool_digital_output": 16}

@@ -6,6 +6,7 @@ the node that takes the velocities must itself stop when they cease; packets tha
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 from hrcneuro.errors import HardwareError
@@ -29,9 +30,7 @@ class RosArm:
             HardwareError: ROS is not installed, has no master, or no arm publishes.
         """
         try:
-            import rospy
-            from sensor_msgs.msg import JointState
-            from std_msgs.msg import Float64MultiArray
+            rospy, sensors, basics = map(import_module, ("rospy", "sensor_msgs.msg", "std_msgs.msg"))
         except ImportError:
             raise HardwareError(
                 "ROS Noetic's rospy is not installed for this Python",
@@ -39,11 +38,13 @@ class RosArm:
             ) from None
         self._clock = clock
         self._packet: State | None = None
-        self._message: Any = Float64MultiArray
+        self._message: Any = basics.Float64MultiArray
         try:
             rospy.init_node("hrcneuro", anonymous=True, disable_signals=True)
-            self._publisher: Any = rospy.Publisher(command, Float64MultiArray, queue_size=1)
-            self._subscriber: Any = rospy.Subscriber(states, JointState, self._take, queue_size=1, tcp_nodelay=True)
+            self._publisher: Any = rospy.Publisher(command, basics.Float64MultiArray, queue_size=1)
+            self._subscriber: Any = rospy.Subscriber(
+                states, sensors.JointState, self._take, queue_size=1, tcp_nodelay=True
+            )
         except rospy.ROSException as error:
             raise HardwareError(f"ROS is not there: {error}", cure="start roscore, and set ROS_MASTER_URI") from None
         until = clock.now() + 2.0

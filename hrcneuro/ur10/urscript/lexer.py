@@ -5,36 +5,9 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-KEYWORDS = frozenset(
-    [
-        "and",
-        "break",
-        "continue",
-        "def",
-        "elif",
-        "else",
-        "end",
-        "enter_critical",
-        "exit_critical",
-        "False",
-        "global",
-        "halt",
-        "if",
-        "join",
-        "kill",
-        "local",
-        "not",
-        "or",
-        "pass",
-        "return",
-        "run",
-        "sec",
-        "thread",
-        "True",
-        "while",
-        "xor",
-    ]
-)
+_WORDS = """and break continue def elif else end enter_critical exit_critical False global halt if join kill local
+not or pass return run sec thread True while xor"""
+KEYWORDS = frozenset(_WORDS.split())
 _TOKEN = re.compile(
     r"""(?P<blank>[ \t\r\f]+|\#[^\n]*)
       | (?P<newline>\n|;)
@@ -46,9 +19,8 @@ _TOKEN = re.compile(
     re.VERBOSE,
 )
 # What may not end a statement: it goes on in the next line, past comments.
-_OPEN = frozenset(
-    ["+", "-", "*", "/", "%", "=", "==", "!=", "<", ">", "<=", ">=", ",", "(", "[", "and", "or", "not", "xor"]
-) | {"p["}
+_OPENING = "+ - * / % = == != < > <= >= , ( [ p[ and or not xor"
+_OPEN = frozenset(_OPENING.split())
 _WORD = re.compile(r"\"[^\"\n]*\"|'[^'\n]*'|#[^\n]*|\b(def|sec|thread|while|if|end)\b")
 
 

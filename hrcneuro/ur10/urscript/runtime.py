@@ -16,7 +16,7 @@ _BUDGET = 2000  # turns of loops a thread gets in a cycle
 _MOST_THREADS = 50
 
 
-class Pose(list):  # type: ignore[type-arg]
+class Pose(list):
     """A pose, as told from a list of six joint angles."""
 
 
@@ -167,7 +167,6 @@ class Program:
         self._threads.pop(thread.number, None)
         if self._holder is thread:
             self._holder = None
-        # Its generator may be the one that runs: it is closed when nothing refers to it.
 
 
 _BUILTINS = {"bool": bool, "int": int}

@@ -9,42 +9,23 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from hrcneuro.ur10.urscript.lexer import ScriptError, Token, tokens
+from hrcneuro.ur10.urscript.expressions import Expressions, Scope
+from hrcneuro.ur10.urscript.lexer import ScriptError
 
-_CONSTANTS = {"True": "True", "False": "False", "pi": "3.141592653589793"}
-_COMPARISONS = frozenset(("==", "!=", "<", ">", "<=", ">="))
 _BLOCKS_END = frozenset(("end", "elif", "else"))
 
 
-class _Scope:
-    """The names of one function."""
-
-    def __init__(self, outer: _Scope | None, parameters: Collection[str] = ()) -> None:
-        self.outer = outer
-        self.assigned = set(parameters)
-        self.nonlocals: set[str] = set()
-        self.globals: set[str] = set()
-
-    def variable(self, name: str) -> bool:
-        return name in self.assigned or (self.outer is not None and self.outer.variable(name))
-
-
-class Translator:
+class Translator(Expressions):
     """One script; :meth:`source` is the Python text that defines ``program()``, a generator function."""
 
     def __init__(self, script: str, *, plain: Collection[str], blocking: Collection[str]) -> None:
         """Take a script, and the names of built-in functions that return at once or take time."""
-        self._tokens = tokens(script)
-        self._at = 0
-        self._plain, self._blocking = plain, blocking
+        super().__init__(script, plain=plain, blocking=blocking)
         self._lines: list[str] = []
         self._indent = 1
         self._loops = 0
-        self._scope = _Scope(None)
         self.secondary = False
         self.name = ""
-        # Functions may be called above where they are defined.
-        self._globals, self._functions = self._named("global"), self._named("def", "thread")
 
     def source(self) -> str:
         """Return the Python source.
@@ -67,12 +48,6 @@ class Translator:
             self._statement()
         declared = ["    global " + ", ".join(f"g_{n}" for n in sorted(self._globals))] if self._globals else []
         return "\n".join(["def program():", "    if False: yield", *declared, *self._lines, ""])
-
-    def _named(self, *words: str) -> set[str]:
-        pairs = zip(self._tokens, self._tokens[1:], strict=False)
-        return {b.text for a, b in pairs if a.kind == "keyword" and a.text in words and b.kind == "name"}
-
-    # --- statements ---------------------------------------------------------------------------------------------
 
     def _block(self) -> None:
         self._skip_newlines()
@@ -154,7 +129,7 @@ class Translator:
             self._take(",")
         self._expect(":")
         outer, lines, loops = self._scope, self._lines, self._loops
-        self._scope, self._lines, self._loops = _Scope(outer, [p for p, _ in parameters]), [], 0
+        self._scope, self._lines, self._loops = Scope(outer, [p for p, _ in parameters]), [], 0
         self._indent += 1
         self._block()
         self._indent -= 1
@@ -237,172 +212,6 @@ class Translator:
     def _on_exit_critical(self) -> None:
         self._emit("rt.exit_critical()")
 
-    # --- expressions, loosest first -----------------------------------------------------------------------------
-
-    def _copied(self) -> str:
-        start = self._at
-        value = self._expression()
-        # Literals and calls are new already; a bare name or element may be a list that lives on.
-        return f"rt.copy({value})" if self._tokens[start].kind == "name" else value
-
-    def _expression(self) -> str:
-        left = self._conjunction()
-        while self._peek().kind == "keyword" and self._peek().text in ("or", "xor"):
-            word = self._next().text
-            right = self._conjunction()
-            left = f"({left} or {right})" if word == "or" else f"(bool({left}) != bool({right}))"
-        return left
-
-    def _conjunction(self) -> str:
-        left = self._negation()
-        while self._take("and"):
-            left = f"({left} and {self._negation()})"
-        return left
-
-    def _negation(self) -> str:
-        if self._take("not"):
-            return f"(not {self._negation()})"
-        left = self._sum()
-        while self._peek().kind == "sign" and self._peek().text in _COMPARISONS:
-            sign = self._next().text
-            left = f"({left} {sign} {self._sum()})"
-        return left
-
-    def _sum(self) -> str:
-        left = self._product()
-        while self._peek().kind == "sign" and self._peek().text in ("+", "-"):
-            sign = self._next().text
-            left = f"({left} {sign} {self._product()})"
-        return left
-
-    def _product(self) -> str:
-        left = self._unary()
-        while self._peek().kind == "sign" and self._peek().text in ("*", "/", "%"):
-            sign = self._next().text
-            left = f"({left} {sign} {self._unary()})"
-        return left
-
-    def _unary(self) -> str:
-        if self._take("-"):
-            return f"(-{self._unary()})"
-        if self._take("+"):
-            return self._unary()
-        value = self._atom()
-        while self._take("["):
-            value += "".join(f"[int({i})]" for i in self._list("]"))
-        return value
-
-    def _atom(self) -> str:
-        self._part_variable_p()
-        token = self._next()
-        if token.kind == "number":
-            # Leading zeros are no number in Python.
-            return repr(float(token.text)) if not _whole(token.text) else str(_integer(token.text))
-        if token.kind == "string":
-            return repr(token.text[1:-1])
-        if token.text == "(":
-            value = self._expression()
-            self._expect(")")
-            return f"({value})"
-        if token.text == "[":
-            return "[" + ", ".join(self._list("]")) + "]"
-        if token.text == "p[":
-            return "rt.pose(" + ", ".join(self._list("]")) + ")"
-        if token.text == "run":
-            name = self._next()
-            if name.text not in self._functions:
-                raise ScriptError(f"line {name.line}: no thread {name.text!r}")
-            self._expect("(")
-            return f"rt.run(f_{name.text}({self._arguments('v_')}))"
-        if token.text in _CONSTANTS and not self._scope.variable(token.text):
-            return _CONSTANTS[token.text]
-        if token.kind == "name":
-            return self._call(token) if self._take("(") else self._read(token.text, token)
-        raise ScriptError(f"line {token.line}: unexpected {token.text.strip() or 'end of line'!r}")
-
-    def _call(self, token: Token) -> str:
-        name = token.text
-        if name in self._functions:
-            return f"(yield from f_{name}({self._arguments('v_')}))"
-        arguments = self._arguments()
-        if name in self._blocking:
-            return f"(yield from b_{name}({arguments}))"
-        if name in self._plain:
-            return f"b_{name}({arguments})"
-        raise ScriptError(f"line {token.line}: no function {name!r}")
-
-    def _arguments(self, prefix: str = "") -> str:
-        given = []
-        while not self._take(")"):
-            following = self._tokens[self._at + 1]
-            if self._peek().kind == "name" and following.kind == "sign" and following.text == "=":
-                name = self._name()
-                self._expect("=")
-                given.append(f"{prefix}{name}={self._expression()}")
-            else:
-                given.append(self._expression())
-            if not self._take(","):
-                self._expect(")")
-                break
-        return ", ".join(given)
-
-    def _read(self, name: str, token: Token) -> str:
-        if name in self._scope.assigned:
-            return f"v_{name}"
-        if name in self._globals:
-            return f"g_{name}"
-        if self._scope.variable(name):
-            return f"v_{name}"
-        raise ScriptError(f"line {token.line}: no variable {name!r}")
-
-    def _list(self, closing: str) -> list[str]:
-        values = []
-        while not self._take(closing):
-            values.append(self._expression())
-            if not self._take(","):
-                self._expect(closing)
-                break
-        return values
-
-    # --- tokens -------------------------------------------------------------------------------------------------
-
-    def _peek(self) -> Token:
-        return self._tokens[self._at]
-
-    def _next(self) -> Token:
-        token = self._tokens[self._at]
-        if token.kind != "eof":
-            self._at += 1
-        return token
-
-    def _take(self, text: str) -> bool:
-        token = self._tokens[self._at]
-        if token.text == text and token.kind in ("sign", "keyword"):
-            self._at += 1
-            return True
-        return False
-
-    def _expect(self, text: str) -> None:
-        if not self._take(text):
-            token = self._peek()
-            raise ScriptError(f"line {token.line}: expected {text!r}, got {token.text.strip() or 'end of line'!r}")
-
-    def _name(self) -> str:
-        token = self._next()
-        if token.kind != "name":
-            raise ScriptError(f"line {token.line}: expected a name, got {token.text.strip() or 'end of line'!r}")
-        return token.text
-
-    def _part_variable_p(self) -> None:
-        # p[0] is an element of p where there is a variable of that name, else the beginning of a pose.
-        token = self._peek()
-        if token.text == "p[" and token.kind == "sign" and (self._scope.variable("p") or "p" in self._globals):
-            self._tokens[self._at : self._at + 1] = [Token("name", "p", token.line), Token("sign", "[", token.line)]
-
-    def _skip_newlines(self) -> None:
-        while self._peek().kind == "newline":
-            self._at += 1
-
     def _end_statement(self) -> None:
         token = self._peek()
         if token.kind == "newline":
@@ -419,11 +228,3 @@ class Translator:
         self._indent += 1
         yield
         self._indent -= 1
-
-
-def _whole(text: str) -> bool:
-    return text.isdigit() or text[:2].lower() in ("0x", "0b")
-
-
-def _integer(text: str) -> int:
-    return int(text) if text.isdigit() else int(text, 0)
