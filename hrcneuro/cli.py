@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hrcneuro import __version__
+from hrcneuro import __version__, cli_study, completion
 from hrcneuro.boundary import bounded
 from hrcneuro.options import Options, with_options
 
@@ -24,7 +24,10 @@ cache_app = typer.Typer(help="Look into the cache, check it, clean it.", rich_ma
 ur10_app = typer.Typer(help="A simulated UR10 controller.", rich_markup_mode=None, no_args_is_help=True)
 config_app = typer.Typer(help="Show or check the configuration.", rich_markup_mode=None, no_args_is_help=True)
 
-Subjects = Annotated[list[str] | None, typer.Argument(help="Subjects; none means everyone, and the group.")]
+Subjects = Annotated[
+    list[str] | None,
+    typer.Argument(help="Subjects; none means everyone, and the group.", autocompletion=completion.subjects),
+]
 
 
 def _command(
@@ -173,8 +176,8 @@ def status(options: Options) -> int:
 @_command("Print where an artifact lies.", "path preprocess s01", "path epoch s01 conditions.parquet", name="path")
 def path(
     options: Options,
-    stage: Annotated[str, typer.Argument(help="The stage that wrote it.")],
-    unit: Annotated[str, typer.Argument(help="A subject, or group.")],
+    stage: Annotated[str, typer.Argument(help="The stage that wrote it.", autocompletion=completion.stages)],
+    unit: Annotated[str, typer.Argument(help="A subject, or group.", autocompletion=completion.units)],
     file: Annotated[str, typer.Argument(help="A file of the entry; none prints its folder.")] = "",
 ) -> int:
     """Print a path on stdout."""
@@ -223,7 +226,10 @@ def cache_gc(options: Options) -> int:
     group=config_app,
 )
 def config_show(
-    options: Options, section: Annotated[str, typer.Argument(help="One section; none prints all.")] = ""
+    options: Options,
+    section: Annotated[
+        str, typer.Argument(help="One section; none prints all.", autocompletion=completion.sections)
+    ] = "",
 ) -> int:
     """Print the effective configuration as TOML."""
     from hrcneuro import commands
@@ -292,6 +298,7 @@ def ur10_serve(
     )
 
 
+cli_study.declare(_command)
 app.add_typer(cache_app, name="cache")
 app.add_typer(ur10_app, name="ur10")
 app.add_typer(config_app, name="config")

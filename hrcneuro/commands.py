@@ -15,7 +15,8 @@ from hrcneuro.console import Console
 from hrcneuro.errors import ConfigError, DataError, HrcError, StageError
 from hrcneuro.options import Options
 from hrcneuro.pipelines import Pipeline, read_pipeline
-from hrcneuro.provenance import provenance
+from hrcneuro.provenance import command_line, provenance
+from hrcneuro.runlog import RunLog, recorded
 from hrcneuro.workdir import Workdir
 
 
@@ -32,50 +33,12 @@ def settings(options: Options, extra: Path | None = None) -> Settings:
 def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     """Bring a stage, and what it stands on, up to date."""
     found = settings(options)
-    items = _bring(options, found, pipeline.targets(found, [name], subjects or ()))
-    return console(options).finish(name, items)
-
-
-def export(options: Options, subjects: Sequence[str] | None, folder: Path, *, inspect: bool = False) -> int:
-    """Bring acquire up to date and write what it made in the authors' layout, one folder a subject.
-
-    Raises:
-        ConfigError: The folder must not be written to, or an inspection, which writes nothing, is asked for too.
-    """
-    from hrcneuro.cache.fingerprint import digest
-    from hrcneuro.contract import params
-    from hrcneuro.sources import export as layout
-
-    if inspect:
-        raise ConfigError("--inspect writes nothing, --export does", cure="choose one of the two")
-    found = settings(options)
-    wanted = pipeline.targets(found, ["acquire"], subjects or ())
-    study = digest([found.study.name, params(found.sections["acquire"])])[:16]
-    layout.prepare(folder, [task.unit for task in wanted], study=study)
-    items = _bring(options, found, wanted)
-    talk, flaw = console(options), None
-    for item in items if not options.dry_run else ():
-        if item.state not in ("hit", "ran"):
-            continue
-        files = {name: Path(path) for name, path in item.artifacts.items()}
-        try:
-            told = layout.export_subject(
-                files[f"{item.unit}_raw.fif"],
-                files["trials.parquet"],
-                folder,
-                item.unit,
-                key=item.key,
-                study=study,
-                source=str(item.summary["source"]),
-            )
-        except HrcError as error:
-            flaw = flaw or error
-            continue
-        item.summary = {**item.summary, "export": told}
-        talk.say(f"{'=' if told['state'] == 'hit' else '+'} export {item.unit}: {told['folder']}")
-        for note in told["notes"]:
-            talk.say(f"  note: {note}")
-    return talk.finish("acquire", items, also=flaw)
+    wanted = pipeline.targets(found, [name], subjects or ())
+    with logged(name, options, found) as log:
+        items = bring(options, found, wanted, log)
+        code = console(options).finish(name, items)
+        log.end(items, code)
+    return code
 
 
 def with_sweep(options: Options, axes: Sequence[str]) -> Options:
@@ -104,14 +67,18 @@ def run(options: Options, path: Path | None) -> int:
     default = Path("pipelines/paper.toml")
     plan = read_pipeline(path or default) if path or default.is_file() else Pipeline()
     found = settings(options, plan.config)
-    items = _bring(options, found, pipeline.targets(found, plan.stages, plan.subjects))
-    flaw = None
-    if plan.report and not options.dry_run:
-        try:
-            _report(options, found, items)
-        except HrcError as error:
-            flaw = error
-    return console(options).finish("run", items, also=flaw)
+    wanted = pipeline.targets(found, plan.stages, plan.subjects)
+    with logged("run", options, found) as log:
+        items = bring(options, found, wanted, log)
+        flaw = None
+        if plan.report and not options.dry_run:
+            try:
+                log.write("report", file=_report(options, found, items).name)
+            except HrcError as error:
+                flaw = error
+        code = console(options).finish("run", items, also=flaw)
+        log.end(items, code)
+    return code
 
 
 def status(options: Options) -> int:
@@ -141,19 +108,6 @@ def report(options: Options) -> int:
     written = _report(options, found, items)
     if options.json:
         print(json.dumps({"command": "report", "ok": True, "report": str(written)}, indent=1))
-    return 0
-
-
-def inspect(options: Options, subjects: Sequence[str] | None) -> int:
-    """Show what acquire would read: markers, channels and log side by side."""
-    found = settings(options)
-    module = stages.load("acquire")
-    views = {s: module.inspect(found.sections["acquire"], s) for s in subjects or found.study.subjects}
-    if options.json:
-        print(json.dumps({"command": "acquire", "ok": True, "inspect": views}, indent=1))
-    else:
-        for view in views.values():
-            print(module.render(view))
     return 0
 
 
@@ -241,7 +195,15 @@ def config_check(options: Options) -> int:
     return 0
 
 
-def _bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task]) -> list[pipeline.Item]:
+def logged(name: str, options: Options, found: Settings) -> contextlib.AbstractContextManager[RunLog]:
+    """Return the log of a run under way; a dry run leaves none."""
+    if options.dry_run:
+        return contextlib.nullcontext(RunLog(None))
+    return recorded(Workdir(options.workdir).results, name, found, command_line())
+
+
+def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], log: RunLog) -> list[pipeline.Item]:
+    """Bring tasks, and what they stand on, up to date (a dry run: say what would run); return every item."""
     talk = console(options)
     walk = pipeline.Run(found, Workdir(options.workdir), verify=options.verify)
     wanted = list(wanted)
@@ -252,6 +214,11 @@ def _bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task]) -
         return items
     executor = executors.create(options.executor, options.jobs or executors.cores())
     total = len(pipeline.closure(found, wanted))
+
+    def tell(task: pipeline.Task, item: pipeline.Item) -> None:
+        talk.report(item)
+        log.item(item)
+
     try:
         with talk.progress(total), executor:
             return walk.run(
@@ -259,7 +226,7 @@ def _bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task]) -
                 executor,
                 force=options.force,
                 provenance=provenance,
-                report=lambda task, item: talk.report(item),
+                report=tell,
             )
     except BaseException:
         # The workers are gone by now, perhaps not all of them in peace.

@@ -43,6 +43,15 @@ def toml_value(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
+def option_line(f: dataclasses.Field[Any], value: Any, *, origin: str = "") -> str:
+    """Return a line of TOML; its comment gives the meaning, the range and, where known, the value's origin."""
+    limits = ", ".join(f.metadata.get("choices") or ())
+    if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
+        limits = allowed_range(f.name, f.metadata)
+    notes = "; ".join(note for note in (f.metadata.get("help", ""), limits, origin) if note)
+    return f"{f.name} = {toml_value(plain(value))}  # {notes}"
+
+
 def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[str]:
     yield f"\n[{name}]"
     if not dataclasses.is_dataclass(part):
@@ -58,14 +67,10 @@ def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[
         if dataclasses.is_dataclass(value):
             nested.append((f"{name}.{f.name}", value))
             continue
-        limits = ", ".join(f.metadata.get("choices") or ())
-        if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
-            limits = allowed_range(f.name, f.metadata)
         origin = origins.get(f"{name}.{f.name}", "default") if origins is not None else ""
-        notes = "; ".join(note for note in (f.metadata.get("help", ""), limits, origin) if note)
         # A published configuration says what, not where: each user's own places are left for them to fill in.
         where = "# " if origins is None and f.metadata.get("location") else ""
-        yield f"{where}{f.name} = {toml_value(plain(value))}  # {notes}"
+        yield where + option_line(f, value, origin=origin)
     for inner, value in nested:
         yield from _table(inner, value, origins)
 

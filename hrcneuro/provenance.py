@@ -21,8 +21,13 @@ def provenance() -> Mapping[str, Any]:
         "hrcneuro": __version__,
         "commit": commit or "unknown",
         "dirty": bool(_git(folder, "status", "--porcelain", "--untracked-files=no")) if commit else None,
-        "command": " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])]),
+        "command": command_line(),
     }
+
+
+def command_line() -> str:
+    """Return how this process was called; of a path only its last part."""
+    return " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])])
 
 
 def _anonymous(argument: str) -> str:

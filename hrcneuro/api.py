@@ -1,0 +1,130 @@
+"""The artifacts of a study for notebooks: ``hrcneuro.open("results").epochs("s01")`` is a plain MNE object.
+
+Nothing is computed here: what a stage has published is read as it is. ``hrcneuro status`` tells whether it is fresh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.errors import DataError, did_you_mean
+from hrcneuro.workdir import Workdir
+
+if TYPE_CHECKING:
+    import mne
+    import pandas as pd
+
+_GROUP = "group"
+_GROUP_ONLY = ("simulate",)
+
+
+class Study:
+    """What has run in a working folder; see :func:`open`."""
+
+    def __init__(self, workdir: Workdir) -> None:
+        self.workdir = workdir
+
+    def __repr__(self) -> str:
+        return f"<hrcneuro study in {self.workdir.folder}: {', '.join(self.subjects) or 'nothing has run'}>"
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """Subjects of which some stage has run, in the order of their names."""
+        ran = self.workdir.keys()
+        return tuple(sorted({unit for stage, unit, _ in ran if unit != _GROUP and stage not in _GROUP_ONLY}))
+
+    @property
+    def stages(self) -> dict[str, tuple[str, ...]]:
+        """Stage -> the units of which it has run."""
+        found: dict[str, list[str]] = {}
+        for stage, unit, _ in sorted(self.workdir.keys()):
+            found.setdefault(stage, []).append(unit)
+        return {stage: tuple(units) for stage, units in found.items()}
+
+    def raw(self, subject: str) -> mne.io.BaseRaw:
+        """Return the recording as acquired: EEG and EOG, not loaded into memory (channels × samples, volts)."""
+        return self._recording("acquire", subject, f"{subject}_raw.fif")
+
+    def clean(self, subject: str) -> mne.io.BaseRaw:
+        """Return the recording after preprocess, not loaded into memory (channels × samples, volts)."""
+        return self._recording("preprocess", subject, f"{subject}_clean_raw.fif")
+
+    def epochs(self, subject: str) -> mne.BaseEpochs:
+        """Return the epochs (epochs × channels × samples, volts); their metadata are the rows of the trial table."""
+        from hrcneuro.io.fif import read_epochs
+
+        return read_epochs(self.path("epoch", subject, f"{subject}_epo.fif"))
+
+    def evokeds(self, subject: str) -> dict[str, mne.Evoked]:
+        """Return the averages (channels × samples, volts) by name: ``SCENARIO/CONDITION``, as ``all/RH_before``."""
+        from hrcneuro.io.fif import read_evokeds
+
+        return {e.comment: e for e in read_evokeds(self.path("erp", subject, f"{subject}_ave.fif"))}
+
+    def trials(self, subject: str) -> pd.DataFrame:
+        """Return the trial table: one row a move, or one row an event of any other study."""
+        return self.table("acquire", subject, "trials.parquet")
+
+    def table(self, stage: str, unit: str, file: str = "") -> pd.DataFrame:
+        """Return a Parquet artifact; ``file`` may be left out where the unit has only one.
+
+        Raises:
+            DataError: The unit has not run, has no such table, or has several and none is named.
+        """
+        from hrcneuro.io.tables import read_table
+
+        return read_table(self.path(stage, unit, file or self._only_table(stage, unit)))
+
+    def summary(self, stage: str, unit: str) -> Mapping[str, Any]:
+        """Return what a stage says of its result in a few numbers; ``--json`` prints the same.
+
+        Raises:
+            DataError: The unit has not run.
+        """
+        from hrcneuro.cache.store import read_record
+
+        record = read_record(self.path(stage, unit))
+        if record is None:
+            raise DataError(f"the record of {stage} of {unit} cannot be read", cure="hrcneuro cache verify")
+        return record.summary
+
+    def path(self, stage: str, unit: str, file: str = "") -> Path:
+        """Return where a unit's folder, or one file of it, lies.
+
+        Raises:
+            DataError: The unit has not run, or has no such file.
+        """
+        known = self.stages
+        if stage not in known and (hint := did_you_mean(stage, known)):
+            raise DataError(f"no stage {stage!r} has run{hint}", cure=f"these have: {', '.join(known)}")
+        if unit not in known.get(stage, ()) and (hint := did_you_mean(unit, known.get(stage, ()))):
+            raise DataError(f"{stage} of {unit!r} has not run{hint}", cure=f"it has of: {', '.join(known[stage])}")
+        return self.workdir.artifact(stage, unit, file)
+
+    def _recording(self, stage: str, subject: str, name: str) -> mne.io.BaseRaw:
+        from hrcneuro.io.fif import read_raw
+
+        return read_raw(self.path(stage, subject, name))
+
+    def _only_table(self, stage: str, unit: str) -> str:
+        tables = sorted(p.name for p in self.path(stage, unit).glob("*.parquet"))
+        if len(tables) == 1:
+            return tables[0]
+        raise DataError(
+            f"{stage} of {unit} has {len(tables) or 'no'} tables", cure=f"name one of: {', '.join(tables) or 'none'}"
+        )
+
+
+def open(folder: str | Path = ".") -> Study:
+    """Return the study whose working folder, or whose ``results``, this is.
+
+    Raises:
+        DataError: Nothing has run there.
+    """
+    path = Path(folder)
+    for candidate in (path, path.absolute().parent if path.absolute().name == "results" else path):
+        if (candidate / "results").is_dir():
+            return Study(Workdir(candidate))
+    raise DataError(f"{path} holds no results", cure="name the folder in which hrcneuro ran, or the results in it")

@@ -1,0 +1,277 @@
+"""A study as a BIDS data set (Brain Imaging Data Structure 1.x), written by mne-bids, with what EEG needs beside it.
+
+The recordings as acquired are the raw data set (BrainVision), the clean ones the derivative ``derivatives/hrcneuro``.
+Epochs and averages, for which BIDS has no form yet, lie as FIF in ``derivatives/mne``, which claims none.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+import shutil
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro import __version__
+from hrcneuro.errors import ConfigError, DataError
+
+if TYPE_CHECKING:
+    import mne
+    import pandas as pd
+
+CLEAN = Path("derivatives") / "hrcneuro"
+FIF = Path("derivatives") / "mne"
+_MARK = "hrcneuro"
+_ADDRESS = "https://doi.org/10.1371/journal.pone.0287958"
+_SOURCES = {
+    "synthetic": "SYNTHETIC: behaviour and EEG were simulated by hrcneuro; nobody was recorded.",
+    "semisynthetic": "SEMI-SYNTHETIC: the behaviour is real, the EEG was simulated by hrcneuro; no EEG was recorded.",
+    "dataset": "Recorded by the authors of the study (see ReferencesAndLinks).",
+    "file": "Recorded by whoever exported this data set.",
+}
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The artifacts of one subject; a derivative that has not been made is None."""
+
+    name: str
+    raw: Path
+    trials: Path
+    clean: Path | None = None
+    epochs: Path | None = None
+    evokeds: Path | None = None
+
+
+def prepare(folder: Path, subjects: Sequence[str]) -> None:
+    """Refuse what cannot be exported, before anything is computed for it.
+
+    Raises:
+        ConfigError: mne-bids is missing, two subjects would get one label, or the folder holds something else.
+    """
+    for package in ("mne_bids", "pybv"):
+        try:
+            importlib.import_module(package)
+        except ImportError as error:
+            raise ConfigError(
+                f"export --bids needs {package.replace('_', '-')}, which is not installed",
+                cure="pip install 'hrcneuro[bids]'",
+            ) from error
+    labels: dict[str, str] = {}
+    for name in subjects:
+        other = labels.setdefault(label(name), name)
+        if other != name or not label(name):
+            raise ConfigError(
+                f"BIDS labels have letters and digits only: {name!r} would be {label(name)!r}, as {other!r} is",
+                cure="rename the subjects (study.subjects) so that they differ in letters and digits",
+            )
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"--bids {folder} is a file", cure="name a folder")
+    if folder.is_dir() and any(folder.iterdir()) and not _ours(folder):
+        raise ConfigError(
+            f"--bids {folder} holds something that hrcneuro did not write", cure="name a new or an empty folder"
+        )
+
+
+def write_dataset(folder: Path, *, study: str, source: str) -> None:
+    """Write what describes the data set as a whole: descriptions, and for people a README in each part."""
+    about = {
+        "BIDSVersion": "1.10.0",
+        "License": "n/a",
+        "Authors": ["n/a"],
+        "ReferencesAndLinks": [_ADDRESS],
+        "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
+    }
+    simulated = "" if source in ("dataset", "file") else f" ({source} data)"
+    told = _SOURCES[source]
+    _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
+    _text(folder / "README.md", f"# {study}\n\n{told}\n\n{_README}")
+    derived = folder / CLEAN
+    _json(
+        derived / "dataset_description.json",
+        {"Name": f"{study}{simulated}: hrcneuro's derivatives", "DatasetType": "derivative", **about},
+    )
+    _text(derived / "README.md", f"# {study}: derivatives\n\n{told}\n\n{_DERIVED}")
+    _text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{told}\n\n{_EPOCHS}")
+
+
+def write_subject(
+    folder: Path, subject: Subject, *, task: str, line_hz: float | None, clean_reference: str
+) -> list[Path]:
+    """Write one subject anew and return its files, relative to ``folder``.
+
+    Args:
+        folder: The root of the data set.
+        subject: Its artifacts.
+        task: Label of the task.
+        line_hz: Frequency of the mains, in Hz, where known.
+        clean_reference: Reference of the clean recording.
+
+    Raises:
+        DataError: mne-bids refuses the recording.
+    """
+    from hrcneuro.io.fif import read_raw
+    from hrcneuro.io.tables import read_table
+
+    homes = [root / f"sub-{label(subject.name)}" for root in (folder, folder / CLEAN, folder / FIF)]
+    for home in homes:
+        shutil.rmtree(home, ignore_errors=True)
+    raw = read_raw(subject.raw, preload=True)
+    trials = read_table(subject.trials)
+    base = _write_recording(raw, folder, subject.name, task=task, line_hz=line_hz)
+    _describe_events(base, raw, trials)
+    if subject.clean is not None:
+        clean = read_raw(subject.clean, preload=True)
+        derived = _write_recording(clean, folder / CLEAN, subject.name, task=task, line_hz=line_hz)
+        _describe_clean(derived, reference=clean_reference)
+    for path, suffix in ((subject.epochs, "epo"), (subject.evokeds, "ave")):
+        if path is not None:
+            target = homes[2] / "eeg" / f"{base.name}_{suffix}.fif"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+    return sorted(p.relative_to(folder) for home in homes for p in home.rglob("*") if p.is_file())
+
+
+def label(name: str) -> str:
+    """Return a name's letters and digits: what BIDS allows in a label."""
+    return re.sub(r"[^0-9A-Za-z]", "", name)
+
+
+def _ours(folder: Path) -> bool:
+    try:
+        about = json.loads((folder / "dataset_description.json").read_text(encoding="utf-8"))
+        return any(one.get("Name") == _MARK for one in about.get("GeneratedBy", ()))
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+def _write_recording(raw: mne.io.BaseRaw, root: Path, name: str, *, task: str, line_hz: float | None) -> Path:
+    """Write a recording as BrainVision with its sidecars; return the path that their names begin with."""
+    import mne_bids
+
+    raw.set_meas_date(None)
+    raw.info["line_freq"] = line_hz
+    reference = str(raw.info["description"] or "").removeprefix("reference of the recording: ") or "n/a"
+    raw.info["description"] = None
+    where = mne_bids.BIDSPath(subject=label(name), task=task, datatype="eeg", root=root)
+    with _quiet():
+        try:
+            mne_bids.write_raw_bids(
+                raw, where, format="BrainVision", allow_preload=True, overwrite=True, readme=False, verbose="error"
+            )
+        except (ValueError, RuntimeError) as error:
+            raise DataError(
+                f"mne-bids cannot write {name}: {error}",
+                cure="look at channels and markers: hrcneuro acquire --inspect",
+            ) from error
+    base = root / f"sub-{label(name)}" / "eeg" / where.basename
+    # pybv's format says nothing of who made the amplifier, whatever mne-bids infers from it.
+    _amend(base, EEGReference=reference, Manufacturer="n/a")
+    return base
+
+
+def _amend(base: Path, **values: Any) -> None:
+    path = base.with_name(f"{base.name}_eeg.json")
+    _json(path, {**json.loads(path.read_text(encoding="utf-8")), **values})
+
+
+def _describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> None:
+    """Write events.tsv: the trial table, and the recording's other annotations, in order of time."""
+    import pandas as pd
+
+    from hrcneuro.sources.trials import TRIALS
+
+    known = trials[trials["onset_sample"].notna()]
+    own = [c for c in TRIALS.columns if c not in ("subject", "event", "onset_s", "onset_sample")]
+    used = [c for c in own if known[c].notna().any()]
+    sample = known["onset_sample"].astype("int64")
+    rows = pd.DataFrame(
+        {
+            "onset": sample / raw.info["sfreq"],
+            "duration": known["t_f_s"].astype(float) if "t_f_s" in used else 0.0,
+            "trial_type": known["event"],
+            "sample": sample,
+            **{c: known[c] for c in used if c != "t_f_s"},
+        }
+    )
+    marks = [(a["onset"], a["duration"], a["description"]) for a in raw.annotations]
+    moves = set(known["event"])
+    others = pd.DataFrame([m for m in marks if m[2] not in moves], columns=["onset", "duration", "trial_type"])
+    if len(others):
+        others["sample"] = (others["onset"] * raw.info["sfreq"]).round().astype("int64")
+        rows = pd.concat([rows.astype(object), others.astype(object)]).sort_values("onset", kind="stable")
+    rows = rows.map(_cell)
+    rows.to_csv(base.with_name(f"{base.name}_events.tsv"), sep="\t", index=False, na_rep="n/a")
+    meaning: dict[str, Any] = {
+        "onset": {"Description": "start of the event, from the first sample", "Units": "s"},
+        "duration": {"Description": "duration of the motion; n/a where unknown", "Units": "s"},
+        "trial_type": {"Description": "name of the event; BAD and EDGE mark what no analysis uses"},
+        "sample": {"Description": "nearest sample, the first is 0"},
+    }
+    for name in rows.columns[4:]:
+        column = TRIALS.columns[name]
+        meaning[name] = {"Description": column.text, **({"Units": column.unit} if column.unit == "s" else {})}
+    _json(base.with_name(f"{base.name}_events.json"), meaning)
+
+
+def _cell(value: Any) -> Any:
+    import pandas as pd
+
+    if value is None or value is pd.NA or value != value:
+        return "n/a"
+    if isinstance(value, bool) or type(value).__name__ == "bool":
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e12 else f"{value:.6g}"
+    return value
+
+
+def _describe_clean(base: Path, *, reference: str) -> None:
+    """Give a clean recording the ``desc-clean`` of a derivative, in its names and wherever files name each other."""
+    stem = f"{base.name}_desc-clean"
+    for path in sorted(base.parent.glob(f"{base.name}_*")):
+        path.rename(path.with_name(path.name.replace(base.name, stem)))
+    subject = base.parent.parent
+    named = [base.with_name(f"{stem}_eeg.{kind}") for kind in ("vhdr", "vmrk")]
+    for path in (*named, subject / f"{subject.name}_scans.tsv"):
+        path.write_text(path.read_text(encoding="utf-8").replace(f"{base.name}_eeg", f"{stem}_eeg"), encoding="utf-8")
+    told = "filtered, eye movements removed, bad channels repaired, re-referenced, down-sampled by hrcneuro"
+    _amend(base.with_name(stem), EEGReference=reference, Description=told)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    with warnings.catch_warnings():
+        # Of the conversion to BrainVision, which is wanted, and of a missing date, which is kept back on purpose.
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _json(path: Path, content: Mapping[str, Any]) -> None:
+    _text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+
+
+def _text(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+_README = """\
+Exported by hrcneuro. Each recording is as it was acquired (BrainVision, single precision), with every move or event and
+what is known of it in `*_events.tsv`. Dates are left out. What was computed lies in `derivatives`.
+"""
+
+_DERIVED = """\
+The recordings after hrcneuro's preprocess: band-pass, regression of eye movements, bad channels interpolated, common
+reference, lower rate.
+"""
+
+_EPOCHS = """\
+`*_epo.fif` are epochs with the trial table as their metadata (`mne.read_epochs`), `*_ave.fif` averages by condition
+(`mne.read_evokeds`). BIDS has no form for either yet, so this folder is no BIDS data set.
+"""

@@ -1,0 +1,123 @@
+"""A new study: a configuration with comments, a README and a .gitignore, that run as they are."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import stages
+from hrcneuro.cache.store import guarded
+from hrcneuro.config import Study
+from hrcneuro.configtext import option_line
+from hrcneuro.errors import ConfigError
+
+# What a newcomer changes first, with values of a study that is over in a minute or two. Everything else stays the
+# paper's; the comments are the options' own, so that they cannot fall behind.
+_FIRST: Mapping[str, Mapping[str, Any]] = {
+    "study": {"name": "", "subjects": ("s01", "s02", "s03"), "exclude": ()},
+    "acquire": {"source": "synthetic", "sfreq": 250.0, "seed": 2023},
+    "acquire.session": {"practice_episodes": 1, "blocks": 2, "episodes_per_block": 6},
+    "preprocess": {"l_freq": 1.0, "h_freq": 40.0, "sfreq": 128.0},
+    "epoch": {"tmin": -0.2, "tmax": 1.2, "reject_uv": 1000.0},
+    "erp": {"channel": "Cz", "correction": "max"},
+    "decode": {"repeats": 2, "permutations": 19},
+    "simulate": {"repetitions": 20, "episodes": 120},
+    "robot": {"backend": "sim", "episodes": (1, 2)},
+}
+
+_HEAD = """\
+# The configuration of this study. Only what differs from the values of Ehrlich et al. 2023 has to be here:
+#   hrcneuro config show     every value, its range and where it came from
+#   hrcneuro config check    every mistake of this file at once
+# As it stands it is a small synthetic study: it shows that all stages work, and its numbers mean nothing.
+"""
+
+_OWN = """
+# --- Your own recordings (BrainVision, EEGLAB, FIF, EDF/BDF, XDF) ------------------------------------------------
+# Replace the two [acquire] tables above by this one, delete [simulate] and [robot], name subjects and conditions:
+#
+# [acquire]
+# source = "file"
+# path = "data/{subject}.vhdr"                          # {subject} stands for each of study.subjects
+# event_map = { "S  1" = "standard", "S  2" = "target" }  # marker in the file -> name; hrcneuro acquire s01 --inspect
+# channel_types = { VEOG = "eog" }                      # names with EOG in them are found without it
+#
+# [conditions]                                          # name -> query on the trial table
+# standard = "event == 'standard'"
+# target = "event == 'target'"
+#
+# [contrasts]                                           # name -> plus, minus
+# "target-standard" = ["target", "standard"]
+#
+# [problems]                                            # what is decoded: class 1, class 2
+# "standardVStarget" = ["standard", "target"]
+#
+# and under [study]: split = ""                         # no column divides the trials into scenarios
+# Then ask for the stages that fit: hrcneuro erp, hrcneuro decode, hrcneuro report (run would drive the robot too).
+"""
+
+_README = """\
+# {name}
+
+A study for [hrcneuro](https://doi.org/10.1371/journal.pone.0287958). In this folder:
+
+```
+hrcneuro run -j 2               # every stage, then results/report.html
+hrcneuro status                 # what is fresh, what is stale and why
+hrcneuro acquire s01 --inspect  # markers, channels and log, before anything is computed
+hrcneuro config show            # every value and its range
+```
+
+`hrcneuro.toml` holds what differs from the published study: as it was made, three short synthetic subjects whose
+numbers mean nothing. The end of the file shows what to write for recordings of your own.
+
+`cache/` and `results/` are made by hrcneuro and can be deleted at any time; the same command makes them again.
+
+```python
+import hrcneuro
+
+study = hrcneuro.open(".")
+study.epochs("s01")["before_RH"].average().plot()
+study.trials("s01").groupby("case").size()
+```
+"""
+
+_IGNORE = "/cache/\n/results/\n/robot-stopped/\n"
+
+
+def create(folder: Path, *, dry_run: bool = False) -> list[Path]:
+    """Make the study and return its files; ``dry_run`` only checks that the folder is free.
+
+    Raises:
+        ConfigError: The folder is a file, holds something already, or cannot be written.
+    """
+    with guarded(folder):
+        if folder.is_file():
+            raise ConfigError(f"{folder} is a file", cure="name a folder that does not exist yet, or an empty one")
+        if folder.is_dir() and (inside := sorted(p.name for p in folder.iterdir())):
+            some = ", ".join(inside[:3]) + (" …" if len(inside) > 3 else "")
+            raise ConfigError(f"{folder} is not empty: it holds {some}", cure="name a new or an empty folder")
+        name = folder.absolute().name
+        texts = {
+            "hrcneuro.toml": "\n".join([_HEAD, *_tables(name)]) + "\n" + _OWN,
+            "README.md": _README.format(name=name),
+            ".gitignore": _IGNORE,
+        }
+        for file, text in texts.items() if not dry_run else ():
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / file).write_text(text, encoding="utf-8")
+    return [folder / file for file in texts]
+
+
+def _tables(name: str) -> Iterator[str]:
+    for table, values in _FIRST.items():
+        section, _, inner = table.partition(".")
+        config = Study() if section == "study" else stages.load(section).Config()
+        config = getattr(config, inner) if inner else config
+        fields = {f.name: f for f in dataclasses.fields(config)}
+        yield f"[{table}]"
+        for key, value in values.items():
+            yield option_line(fields[key], name if table == "study" and key == "name" else value)
+        yield ""
