@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import io
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,18 +50,22 @@ class Album:
     def _encoded(self) -> dict[str, str]:
         found: dict[str, str] = {}
         for group, subject in _STEPS:
-            for name, picture in self._pictures.items():
-                form = subject if picture.subject else group
-                found[name] = _uri(picture.path, *form) if form else _LEFT_OUT
+            forms = {name: subject if p.subject else group for name, p in self._pictures.items()}
+            paths = [self._pictures[name].path for name in forms]
+            with ThreadPoolExecutor() as pool:
+                found = dict(zip(forms, pool.map(_uri, paths, forms.values()), strict=True))
             # Marks that stand several times in the page cost once each; subjects' pictures stand once.
             if sum(map(len, found.values())) <= self.budget:
                 break
         return found
 
 
-def _uri(path: Path, colours: int, scale: float) -> str:
+def _uri(path: Path, form: tuple[int, float] | None) -> str:
+    if form is None:
+        return _LEFT_OUT
     from PIL import Image
 
+    colours, scale = form
     with Image.open(path) as picture:
         image = picture.convert("RGB")
     if scale < 1:

@@ -1,4 +1,4 @@
-"""The figures that the report draws itself, since they join several stages or all subjects; and all figures as files."""
+"""The figures that the report draws itself, since they join stages or subjects; and all figures as files."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ DRAWINGS = (
         "fig_quality",
         ("acquire", "preprocess"),
         "Signal quality",
-        "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle of "
-        "each recording: spectra and the mean blink, as recorded and clean. Excluded subjects only on the left.",
+        "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle "
+        "of up to six recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
     ),
     Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
     Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),

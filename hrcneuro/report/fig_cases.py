@@ -166,7 +166,7 @@ def _topographies(figure: Figure, cell: Any, tested: Tested, times: Sequence[flo
 
     places = cell.subgridspec(1, len(times) + 1, width_ratios=[1] * len(times) + [0.06], wspace=0.1)
     rows = [tested.channels.index(name) for name in info["ch_names"]]
-    image = None
+    image: Any = None
     for i, time in enumerate(times):
         axes = figure.add_subplot(places[i])
         at = int(np.argmin(np.abs(tested.times - time)))

@@ -56,7 +56,6 @@ def draw(results: Results) -> Figure | None:
         axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanquantile(values, 0.99)) + 3)
         axes[0].set_yticks(*_ticks())
         axes[0].set_ylim(-len(ROWS) + 0.4, 0.6)
-        figure.get_layout_engine().set(w_pad=0.06)  # type: ignore[union-attr]
     return figure
 
 

@@ -46,7 +46,7 @@ def _durations(axes: Axes, results: Results) -> None:
     for (scenario, (mean, _)), colour in zip(TRIAL_MS.items(), COLOURS, strict=False):
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
-            bins = np.arange(400, 2000, 25)
+            bins = [float(b) for b in range(400, 2000, 25)]
             axes.hist(
                 soa, bins=bins, weights=np.full(len(soa), 1 / len(soa)), histtype="step", color=colour, label=scenario
             )

@@ -19,7 +19,7 @@ _SECONDS = 90.0
 _BLINK_UV = 60.0
 _AROUND_S = 0.5
 # More lines than these would hide each other, and each recording takes its time to open.
-_MOST = 16
+_MOST = 6
 
 
 def draw(results: Results) -> Figure | None:
@@ -28,7 +28,8 @@ def draw(results: Results) -> Figure | None:
     tables = {u: results.table("preprocess", u, "quality.parquet") for u in units}
     if not units:
         return None
-    shown = [u for u in units if u in results.settings.included][:_MOST]
+    included = [u for u in units if u in results.settings.included]
+    shown = included[:: -(-len(included) // _MOST)] if included else []
     looked = [_look(results, unit) for unit in shown]
     with rc_context(STYLE):
         figure = Figure(figsize=(9.4, 1.2 + max(2.4, 0.2 * len(units) + 0.9)), layout="constrained")
@@ -48,8 +49,8 @@ def _channels(figure: Figure, axes: Axes, tables: dict[str, Any]) -> None:
         z[row, columns] = table["z"].astype(float)
         fixed[row, columns] = table["interpolated"].fillna(False).astype(bool)
     image = axes.imshow(z, cmap="RdBu_r", vmin=-6, vmax=6, aspect="auto", interpolation="nearest")
-    rows, columns = np.nonzero(fixed)
-    axes.plot(columns, rows, "x", color="k", ms=4, mew=1)
+    crossed = np.argwhere(fixed)
+    axes.plot(crossed[:, 1], crossed[:, 0], "x", color="k", ms=4, mew=1)
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6.5)
     axes.set_yticks(range(len(tables)), list(tables))
     axes.set_title("kurtosis of the channels (SD); x: replaced")

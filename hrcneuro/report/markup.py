@@ -51,9 +51,10 @@ def items(lines: Iterable[str]) -> str:
     return f"<ul>{found}</ul>" if found else ""
 
 
-def fold(title: str, inside: str, *, opened: bool = False) -> str:
+def fold(title: str, inside: str, *, kind: str = "") -> str:
     """Return something to unfold; nothing where it would be empty."""
-    return f"<details{' open' if opened else ''}><summary>{esc(title)}</summary>{inside}</details>" if inside else ""
+    name = f" class='{kind}'" if kind else ""
+    return f"<details{name}><summary>{esc(title)}</summary>{inside}</details>" if inside else ""
 
 
 def link(anchor: str, text: str) -> Raw:

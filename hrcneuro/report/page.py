@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -42,6 +42,13 @@ NAMES = {
     "reach.png": "Cell",
 }
 _FOLDED = ("erp.png", "erp_scenarios.png", "ersp.png", "ersp_scenarios.png")
+# A link into something folded unfolds it, and so does printing; without script both still work by hand.
+_SCRIPT = (
+    "const open_=()=>{let e=location.hash&&document.getElementById(location.hash.slice(1));"
+    "for(let p=e;p;p=p.parentElement)if(p.tagName==='DETAILS')p.open=true;if(e)e.scrollIntoView()};"
+    "addEventListener('hashchange',open_);addEventListener('load',open_);"
+    "addEventListener('beforeprint',()=>document.querySelectorAll('details:not(.subjects)').forEach(d=>d.open=true))"
+)
 _ONCE = ("reach.png",)  # the same for every subject
 
 
@@ -63,7 +70,7 @@ class Page:
         body = [
             self._head(found),
             self._missing(),
-            _verdicts(found),
+            _verdicts(found, {*self.chapters, *(a for stage in self.chapters for a, _ in self._anchors(stage))}),
             *map(self._chapter, self.chapters),
             provenance.chapter(self.results),
         ]
@@ -72,7 +79,8 @@ class Page:
             "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
             "<meta name='viewport' content='width=device-width, initial-scale=1'>"
             "<link rel='icon' href='data:,'>"
-            f"<title>{name} - hrcneuro</title><style>{style}</style></head><body>{''.join(body)}</body></html>\n"
+            f"<title>{name} - hrcneuro</title><style>{style}</style></head>"
+            f"<body>{''.join(body)}<script>{_SCRIPT}</script></body></html>\n"
         )
         return self.album.fill(page)
 
@@ -125,12 +133,12 @@ class Page:
         group = [f for f in self.figures[stage] if f.unit == "group"]
         shown = "".join(self._drawing(d, path) for d, path in self.drawn.values() if d.chapter == stage)
         # Where the composed figures are there, the stage's own ones are the appendix.
-        beside = [f for f in group if shown and f.path.name in _FOLDED]
+        beside = [f for f in group if "fig2" in self.drawn and f.path.name in _FOLDED]
         plain = "".join(self._figure(f) for f in group if f not in beside)
         return (
-            f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{shown}{plain}{chapters.tables(self.results, stage)}"
+            f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
             f"{items(provenance.plain(notes))}"
-            f"{fold('All contrasts, also with error moves left out', ''.join(map(self._figure, beside)))}"
+            f"{fold('All contrasts: without mask, and with error moves left out', ''.join(map(self._figure, beside)))}"
             f"{self._subjects(stage)}</section>"
         )
 
@@ -145,6 +153,7 @@ class Page:
         return "".join(map(self._figure, first + once)) + fold(
             f"{'Other subjects' if first else 'Subjects'} ({len({f.unit for f in rest})})",
             "".join(map(self._figure, rest)),
+            kind="subjects",
         )
 
     def _drawing(self, drawing: Drawing, path: Path) -> str:
@@ -159,7 +168,7 @@ class Page:
         mark = self.album.mark(path, subject=subject)
         text = esc(caption)
         return (
-            f"<figure id='{anchor}'><div class='pan'><img alt='{text}' src='{mark}' decoding='async'></div>"
+            f"<figure id='{anchor}'><div class='pan'><img alt='{text}' src='{mark}'></div>"
             f"<figcaption>{text}</figcaption></figure>"
         )
 
@@ -177,18 +186,19 @@ def _kind(verdict: str) -> str:
     return verdict.split()[0]
 
 
-def _verdicts(found: Sequence[Row]) -> str:
+def _verdicts(found: Sequence[Row], anchors: Container[str]) -> str:
     if not found:
         return ""
     lines: list[list[Cell]] = []
     chapter = ""
     for row in (r for r in found if r.kind == "result"):
-        if row.chapter and row.chapter != chapter:
+        if row.chapter != chapter:
             chapter = row.chapter
-            lines.append([link(chapter, TITLES[chapter])])
+            lines.append([link(chapter, TITLES[chapter]) if chapter in anchors else TITLES[chapter]])
         why = f"<small>{esc(row.why)}</small>" if row.why else ""
         verdict = Raw(f"<span class='{_kind(row.verdict)}'>{esc(row.verdict)}</span>{why}")
-        lines.append([row.place, row.what, row.published, row.ours, verdict])
+        place: Cell = link(row.figure, row.place) if row.figure in anchors else row.place
+        lines.append([place, row.what, row.published, row.ours, verdict])
     head = ["place", "quantity", "published", "this run"]
     meanings = "; ".join(f"<em>{v}</em>: {esc(text)}" for v, text in VERDICTS.items())
     others = "".join(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -27,12 +28,15 @@ def chapter(results: Results) -> str:
 
 def changed(settings: Any) -> list[tuple[str, str, str]]:
     """Return (key, the paper's value, this run's) of every setting that is not the paper's; no locations."""
-    found = []
+    found = _changed("study", params(type(settings.study)()), params(settings.study))
+    found += _changed("", params(type(settings.shared)()), params(settings.shared))
     for name in stages.NAMES:
-        ours, theirs = params(settings.sections[name]), params(stages.load(name).Config())
+        section, default = settings.sections[name], stages.load(name).Config()
+        # The shared tables stand in several sections.
+        shared = {f.name for f in dataclasses.fields(default) if f.metadata.get("shared")}
+        ours, theirs = ({k: v for k, v in params(c).items() if k not in shared} for c in (section, default))
         found += _changed(name, theirs, ours)
-    # Shared tables stand in several sections.
-    return list(dict.fromkeys(found))
+    return found
 
 
 def plain(lines: Iterable[str]) -> list[str]:
@@ -43,7 +47,7 @@ def plain(lines: Iterable[str]) -> list[str]:
 def _changed(name: str, theirs: Any, ours: Any) -> list[tuple[str, str, str]]:
     if isinstance(theirs, Mapping) and isinstance(ours, Mapping) and theirs:
         keys = list(dict.fromkeys([*theirs, *ours]))
-        return [line for k in keys for line in _changed(f"{name}.{k}", theirs.get(k), ours.get(k))]
+        return [line for k in keys for line in _changed(f"{name}.{k}".lstrip("."), theirs.get(k), ours.get(k))]
     return [] if theirs == ours else [(name, _value(theirs), _value(ours))]
 
 
@@ -76,9 +80,7 @@ def _times(results: Results) -> str:
         about = results.record(stage, unit).get("provenance", {})
         seconds[stage] = seconds.get(stage, 0.0) + float(about.get("seconds", 0.0))
     parts = ", ".join(f"{s} {seconds[s]:.0f} s" for s in stages.NAMES if s in seconds)
-    seeds = sorted(
-        {f"{s}.seed = {c.seed}" for s, c in results.settings.sections.items() if hasattr(c, "seed")}
-    )
+    seeds = sorted({f"{s}.seed = {c.seed}" for s, c in results.settings.sections.items() if hasattr(c, "seed")})
     return f"Computing time, all subjects: {parts or 'none'}. Seeds: {', '.join(seeds)}."
 
 

@@ -24,18 +24,21 @@ TABLE_2 = {
     ("iC", "HHvsHR"): {"tnr": (51.5, 3.4), "tpr": (51.4, 3.5), "acc": (51.4, 3.3)},
     ("iC", "RRvsRH"): {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)},
 }
+_RH_RR = "ERSP, RH against RR before"
+_FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
 NAMES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC"}
 
 
 @dataclass(frozen=True)
 class Result:
-    """A printed result: the key of what measures it here, its place, quantity and figure, and the chapter to see."""
+    """A printed result: the key of what measures it here, place, quantity, figure; the chapter and picture to see."""
 
     key: str
     place: str
     what: str
     printed: str
     chapter: str
+    figure: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ class Row:
     verdict: str = ""
     why: str = ""
     chapter: str = ""
+    figure: str = ""
 
 
 def _table_2() -> Iterator[Result]:
@@ -58,67 +62,60 @@ def _table_2() -> Iterator[Result]:
             star = (scenario, problem) == ("iC", "RRvsRH")
             place = "Table 2, 2.6.2, 5" if star and name == "acc" else "Table 2, 2.6.2" if star else "Table 2"
             what = f"{NAMES[name]}, {problem}, {scenario}"
-            yield Result(f"{scenario} {problem} {name}", place, what, f"{mean} ± {sd} %", "decode")
+            yield Result(f"{scenario} {problem} {name}", place, what, f"{mean} ± {sd} %", "decode", _FOREST)
         word = "above" if (scenario, problem) == ("iC", "RRvsRH") else "not above"
         yield Result(
-            f"{scenario} {problem} above", "Table 2", f"{problem}, {scenario}, ACC", f"{word} chance", "decode"
+            f"{scenario} {problem} above", "Table 2", f"{problem}, {scenario}, ACC", f"{word} chance", "decode", _FOREST
         )
 
 
+_POTENTIALS = "no significant difference"
 RESULTS = (
+    Result("replaced", "2.3.3", "channels replaced a subject", "3 to 6", "preprocess", "quality_group"),
+    Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess"),
+    Result("rejected", "2.5.1", "epochs excluded of the others", "0", "preprocess"),
     Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch"),
-    Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "robot"),
-    Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "robot"),
-    Result("replaced", "2.3.3", "channels replaced a subject", "3 to 6", "preprocess"),
+    Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "epoch", "moves"),
+    Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves"),
     *(
         Result(f"trials {c}", "2.5.1", f"trials {c}, tr-1 and tr, a subject", f"{m} ± {s} each", "epoch")
         for c, (m, s) in COUNTS.items()
     ),
     Result("half", "2.5.1", "share of the trials in sC", "about half", "epoch"),
-    Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess"),
-    Result("rejected", "2.5.1", "epochs excluded of the others", "0", "epoch"),
-    Result("erp A", "2.6.1, Fig 2A", "ERP, HR against HH before", "no significant difference", "erp"),
-    Result("erp B", "2.6.1, Fig 2B", "ERP, HR against HH after", "no significant difference", "erp"),
+    Result("erp A", "2.6.1, Fig 2A", "ERP, HR against HH before", _POTENTIALS, "erp", "fig2"),
+    Result("erp B", "2.6.1, Fig 2B", "ERP, HR against HH after", _POTENTIALS, "erp", "fig2"),
+    Result("erp C", "2.6.1, 4.1, Fig 2C", "ERP, RH against RR before", "prefrontal, 500 ms, p < 0.05", "erp", "fig2"),
+    Result("erp D", "2.6.1, Fig 2D", "ERP, RH against RR after", _POTENTIALS, "erp", "fig2"),
+    Result("erp sC", "2.6.1, Fig 3A", "ERP, RH against RR before, sC", _POTENTIALS, "erp", "fig3"),
+    Result("erp iC", "2.6.1, Fig 3B", "ERP, RH against RR before, iC", "significant, p < 0.05", "erp", "fig3"),
+    Result("ersp A", "Fig 2A", "ERSP, HR against HH before", _POTENTIALS, "ersp", "fig2"),
+    Result("ersp B", "2.6.1, Fig 2B", "ERSP, HR against HH after", "alpha, motor areas, p < 0.05", "ersp", "fig2"),
+    Result("ersp C alpha", "2.6.1, Fig 2C", _RH_RR, "alpha, motor areas, from 700 ms, p < 0.05", "ersp", "fig2"),
+    Result("ersp C theta", "2.6.1, Fig 2C", _RH_RR, "theta, prefrontal, 500 ms, p < 0.05", "ersp", "fig2"),
     Result(
-        "erp C", "2.6.1, 4.1, Fig 2C", "ERP, RH against RR before", "larger, prefrontal, about 500 ms, p < 0.05", "erp"
+        "ersp D", "2.6.1, Fig 2D", "ERSP, RH against RR after", "beta, left temporal, 600 ms, p < 0.05", "ersp", "fig2"
     ),
-    Result("erp D", "2.6.1, Fig 2D", "ERP, RH against RR after", "no significant difference", "erp"),
-    Result("erp sC", "2.6.1, Fig 3A", "ERP, RH against RR before, sC", "no significant difference", "erp"),
-    Result("erp iC", "2.6.1, Fig 3B", "ERP, RH against RR before, iC", "significant, p < 0.05", "erp"),
-    Result("ersp A", "Fig 2A", "ERSP, HR against HH before", "no significant difference", "ersp"),
-    Result("ersp B", "2.6.1, Fig 2B", "ERSP, HR against HH after", "alpha over motor areas, p < 0.05", "ersp"),
-    Result(
-        "ersp C alpha",
-        "2.6.1, Fig 2C",
-        "ERSP, RH against RR before",
-        "alpha, motor areas, from 700 ms, p < 0.05",
-        "ersp",
-    ),
-    Result(
-        "ersp C theta",
-        "2.6.1, Fig 2C",
-        "ERSP, RH against RR before",
-        "theta, prefrontal, about 500 ms, p < 0.05",
-        "ersp",
-    ),
-    Result("ersp D", "2.6.1, Fig 2D", "ERSP, RH against RR after", "beta, left temporal, 600 ms, p < 0.05", "ersp"),
-    Result("ersp 3 alpha", "2.6.1, Fig 3", "ERSP, RH against RR before", "alpha, motor areas, in sC and iC", "ersp"),
-    Result("ersp 3 theta", "2.6.1, Fig 3", "ERSP, RH against RR before", "theta, prefrontal, in sC and iC", "ersp"),
-    Result("ersp 3 early", "2.6.1, Fig 3", "ERSP, motor areas", "stronger and earlier in sC than in iC", "ersp"),
-    Result("ersp 3 more", "2.6.1, Fig 3", "ERSP, prefrontal theta", "more pronounced in iC than in sC", "ersp"),
+    Result("ersp 3 alpha", "2.6.1, Fig 3", _RH_RR, "alpha, motor areas, in sC and iC", "ersp", "fig3"),
+    Result("ersp 3 theta", "2.6.1, Fig 3", _RH_RR, "theta, prefrontal, in sC and iC", "ersp", "fig3"),
+    Result("ersp 3 early", "2.6.1, Fig 3", "ERSP, motor areas", "stronger and earlier in sC", "ersp", "fig3"),
+    Result("ersp 3 more", "2.6.1, Fig 3", "ERSP, prefrontal theta", "more pronounced in iC", "ersp", "fig3"),
     *_table_2(),
-    Result("chance", "2.6.2, Table 2", "chance level", "54.3 %", "decode"),
-    Result("sim 35", "3.3, Fig 4A", "SIM1, choice accuracy at episode 35", "about 70 %", "simulate"),
-    Result("sim 100", "Abstract, 3.3, Fig 4A", "SIM1, choice accuracy at episode 100", "about 80 %", "simulate"),
+    Result("chance", "2.6.2, Table 2", "chance level", "54.3 %", "decode", _FOREST),
+    Result("sim 35", "3.3, Fig 4A", "SIM1, choice accuracy at episode 35", "about 70 %", "simulate", _FIG_4),
+    Result(
+        "sim 100", "Abstract, 3.3, Fig 4A", "SIM1, choice accuracy at episode 100", "about 80 %", "simulate", _FIG_4
+    ),
     Result("minutes 35", "3.3", "SIM1, 35 episodes, at 2 s a trial", "about 6 min", "simulate"),
     Result("minutes 100", "Abstract, 3.3", "SIM1, 100 episodes, at 2 s a trial", "about 17 min", "simulate"),
-    Result("sim2", "3.3, Fig 4B", "SIM2: better decoders learn faster", "50 < emp. < 60 < 70 < 80 %", "simulate"),
-    Result("sim2 50", "3.3, Fig 4B", "SIM2: a decoder of 50 %", "learns nothing", "simulate"),
+    Result(
+        "sim2", "3.3, Fig 4B", "SIM2: better decoders learn faster", "50 < emp. < 60 < 70 < 80 %", "simulate", _FIG_4
+    ),
+    Result("sim2 50", "3.3, Fig 4B", "SIM2: a decoder of 50 %", "learns nothing", "simulate", _FIG_4),
     Result("minutes 40", "3.3", "SIM3: 40 episodes, at 2 s a trial", "6 to 7 min", "simulate"),
-    Result("sim3", "3.3, Fig 4C", "SIM3: relearning", "no notable loss in the long run", "simulate"),
-    Result("sim4", "3.3, 4.3, Fig 4D", "SIM4: 4, 6, 10 subtasks", "the more, the slower", "simulate"),
-    Result("sim4 2", "3.3, Fig 4D", "SIM4: human takes 2 of 10", "steeper than 5 of 10", "simulate"),
-    Result("sim4 8", "3.3", "SIM4: robot has fewer subtasks than the human", "shallower than 5 of 10", "simulate"),
+    Result("sim3", "3.3, Fig 4C", "SIM3: relearning", "no notable loss in the long run", "simulate", _FIG_4),
+    Result("sim4", "3.3, 4.3, Fig 4D", "SIM4: 4, 6, 10 subtasks", "the more, the slower", "simulate", _FIG_4),
+    Result("sim4 2", "3.3, Fig 4D", "SIM4: human takes 2 of 10", "steeper than 5 of 10", "simulate", _FIG_4),
+    Result("sim4 8", "3.3", "SIM4: robot has fewer subtasks", "shallower than 5 of 10", "simulate", _FIG_4),
 )
 
 
@@ -138,7 +135,7 @@ def rows(results: Results) -> list[Row]:
         one = found.get(r.key)
         verdict, why = basis.verdict(one)
         ours = one.text if one else "-"
-        lines.append(Row(r.place, r.what, r.printed, ours, "result", verdict, why, r.chapter if one else ""))
+        lines.append(Row(r.place, r.what, r.printed, ours, "result", verdict, why, r.chapter, r.figure))
     about = facts.gather(results)
     for kind, printed in (("setup", SETUP), ("parameter", PARAMETERS)):
         lines += [Row(p.place, p.what, p.printed, fill(p, results, about), kind) for p in printed]

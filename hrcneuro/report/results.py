@@ -91,8 +91,11 @@ class Results:
         found = []
         for unit in ["group", *self.units(stage)]:
             item = self.done.get((stage, unit))
-            for name, path in sorted(item.artifacts.items()) if item else ():
-                if name.endswith(".png"):
+            order = list(captions)
+            names = [name for name in (item.artifacts if item else ()) if name.endswith(".png")]
+            for name in sorted(names, key=lambda n: (order.index(n) if n in order else len(order), n)):
+                if item:
+                    path = item.artifacts[name]
                     found.append(Figure(stage, unit, Path(path), captions.get(name, name)))
         return found
 
