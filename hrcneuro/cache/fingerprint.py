@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import hashlib
 import importlib.metadata
 import json
@@ -109,6 +110,7 @@ def libraries(names: Iterable[str]) -> dict[str, str]:
     return versions
 
 
+@functools.cache
 def version(name: str) -> str:
     """Return an installed distribution's version, or ``absent``."""
     try:

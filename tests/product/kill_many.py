@@ -1,5 +1,6 @@
 """Kill -9 a smoke run at many random instants: ``python tests/product/kill_many.py [INSTANTS] [SEED] [PIPELINE]``.
 
+An instant is drawn as a number of further entries and a time after them, so that a busy machine sees the whole run too.
 After each kill every visible entry must verify. A run that was killed is started again where it stopped; one that
 comes to its end begins anew in an empty folder. In the end a last run completes, and its artifacts must be, byte for
 byte, those of a run that nobody disturbed, with one worker.
@@ -29,8 +30,10 @@ def main(instants=50, seed=0, pipeline="pipelines/smoke.toml"):
         process = subprocess.Popen(
             [*COMMAND, "run", pipeline, "--workdir", study, "-j", "2", "-q"], cwd=ROOT, start_new_session=True
         )
+        goal = len(entries(study)) + draw.randint(0, 3)
+        wait_for(lambda p=process, n=goal: len(entries(study)) >= n or p.poll() is not None, seconds=600)
         try:
-            code = process.wait(timeout=draw.uniform(0.2, 12.0))
+            code = process.wait(timeout=draw.uniform(0.0, 4.0))
         except subprocess.TimeoutExpired:
             kill_group(process) if draw.random() < 0.5 else process.kill()
             process.wait()
@@ -55,6 +58,11 @@ def main(instants=50, seed=0, pipeline="pipelines/smoke.toml"):
         "byte for byte, those of an undisturbed run with one worker"
     )
     shutil.rmtree(base)
+
+
+def entries(study):
+    """Return the visible entries."""
+    return list(study.glob("cache/[!.]*/*/[!.]*/record.json"))
 
 
 def verified(study):
