@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from hrcneuro.report.markup import Cell, fold, table
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
@@ -69,7 +71,8 @@ def _decoding(results: Results) -> str:
     if table2 is None or subjects is None or tests is None or table2.empty:
         return ""
     decoders = list(dict.fromkeys(subjects["decoder"]))
-    text = f"<h3>Table 2</h3>{_table_2(table2[table2['decoder'] == decoders[0]])}"
+    title = "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects"
+    text = f"<h3>{title}</h3>{_table_2(table2[table2['decoder'] == decoders[0]])}"
     text += f"<h3>Above chance?</h3>{_tests(tests)}"
     compared = results.table("decode", "group", "compared.parquet")
     if compared is not None and len(compared):

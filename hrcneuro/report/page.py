@@ -95,10 +95,11 @@ class Page:
             f"<li class='{_kind(v)}'><b>{counts[v]}</b> {v}</li>" for v in VERDICTS if counts[v] or v == "agrees"
         )
         changed = provenance.changed(settings)
-        note = f", {link('settings', f'{len(changed)} settings differ from the paper').text}" if changed else ""
+        note = link("settings", f"{_count(len(changed), 'setting')} not the paper's").text if changed else ""
+        who = f"{_count(len(settings.study.subjects), 'subject')}{left_out}"
         return (
             f"<header><h1>{esc(settings.study.name)}</h1><p class='real {kind}'><strong>{word}</strong> {sentence}</p>"
-            f"<p>{len(settings.study.subjects)} subjects{left_out}; ran: {ran}; hrcneuro {__version__}{note}.</p>"
+            f"<p>{who}; ran: {ran}; hrcneuro {__version__}{', ' if note else ''}{note}.</p>"
             + (f"<ul class='chips'>{chips}</ul>" if found else "")
             + f"</header>{self._nav(bool(found))}"
         )
@@ -125,7 +126,8 @@ class Page:
         missing = [i for i in self.results.items if i.state not in ("hit", "ran")]
         if not missing:
             return ""
-        lines = [f"{i.stage} {i.unit}: {i.state} ({'; '.join(i.why)})" for i in missing]
+        words = {"would-run": "has not run with these settings, data and code", "blocked": "could not run"}
+        lines = [f"{i.stage} {i.unit}: {words.get(i.state, i.state)} ({'; '.join(i.why)})" for i in missing]
         return f"<section class='missing'><h2>Not in this report</h2>{items(provenance.plain(lines))}</section>"
 
     def _chapter(self, stage: str) -> str:
@@ -135,6 +137,8 @@ class Page:
         # Where the composed figures are there, the stage's own ones are the appendix.
         beside = [f for f in group if "fig2" in self.drawn and f.path.name in _FOLDED]
         plain = "".join(self._figure(f) for f in group if f not in beside)
+        if beside and not shown:
+            shown = "<p>Composed with the potentials: <a href='#fig2'>Fig 2</a>, <a href='#fig3'>Fig 3</a>.</p>"
         return (
             f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
             f"{items(provenance.plain(notes))}"
@@ -180,6 +184,10 @@ def render(results: Results, folder: Path) -> str:
 
 def _anchor(figure: Figure) -> str:
     return f"{figure.stage}-{figure.unit}-{figure.path.stem}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _kind(verdict: str) -> str:

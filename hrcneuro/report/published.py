@@ -12,18 +12,12 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
+from hrcneuro.decoding.group import PUBLISHED
 from hrcneuro.report import facts, measured_brain, measured_learning, measured_moves
 from hrcneuro.report.paper import PARAMETERS, SETUP, Printed
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import grounds
 
-COUNTS = {"HH": (611, 43), "HR": (148, 14), "RR": (530, 25), "RH": (212, 22)}
-TABLE_2 = {
-    ("sC", "HHvsHR"): {"tnr": (52.0, 3.7), "tpr": (51.4, 5.1), "acc": (51.9, 3.7)},
-    ("sC", "RRvsRH"): {"tnr": (52.9, 2.6), "tpr": (53.3, 5.3), "acc": (53.0, 3.0)},
-    ("iC", "HHvsHR"): {"tnr": (51.5, 3.4), "tpr": (51.4, 3.5), "acc": (51.4, 3.3)},
-    ("iC", "RRvsRH"): {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)},
-}
 _RH_RR = "ERSP, RH against RR before"
 _FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
 NAMES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC"}
@@ -57,7 +51,7 @@ class Row:
 
 
 def _table_2() -> Iterator[Result]:
-    for (scenario, problem), measures in TABLE_2.items():
+    for (scenario, problem), measures in PUBLISHED.items():
         for name, (mean, sd) in measures.items():
             star = (scenario, problem) == ("iC", "RRvsRH")
             place = "Table 2, 2.6.2, 5" if star and name == "acc" else "Table 2, 2.6.2" if star else "Table 2"
@@ -79,7 +73,7 @@ RESULTS = (
     Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves"),
     *(
         Result(f"trials {c}", "2.5.1", f"trials {c}, tr-1 and tr, a subject", f"{m} ± {s} each", "epoch")
-        for c, (m, s) in COUNTS.items()
+        for c, (m, s) in measured_moves.COUNTS.items()
     ),
     Result("half", "2.5.1", "share of the trials in sC", "about half", "epoch"),
     Result("erp A", "2.6.1, Fig 2A", "ERP, HR against HH before", _POTENTIALS, "erp", "fig2"),

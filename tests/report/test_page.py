@@ -1,0 +1,165 @@
+"""The page from outside: well-formed, alone, small, honest on what is missing."""
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from hrcneuro import config, pipeline, stages
+from hrcneuro.report import write_report
+from hrcneuro.report.album import Album
+from hrcneuro.report.provenance import plain
+from hrcneuro.workdir import Workdir
+
+ROOT = Path(__file__).parents[2]
+VOID = {"meta", "link", "img", "br", "hr"}
+
+
+class Reader(HTMLParser):
+    """Collects anchors, links, sources and what is not closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.ids, self.targets, self.sources, self.open, self.faults = [], [], [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        at = dict(attrs)
+        self.ids += [at["id"]] if "id" in at else []
+        self.targets += [at["href"]] if tag == "a" else []
+        self.sources += [at[n] for n in ("src", "href", "srcset", "poster", "data") if n in at and tag != "a"]
+        if tag == "img" and not at.get("alt"):
+            self.faults.append("a picture without text")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}>")
+
+
+@pytest.fixture(scope="module")
+def written(smoke, tmp_path_factory):
+    settings = config.load(ROOT / "configs/smoke.toml")
+    items = pipeline.Run(settings, Workdir(smoke)).plan(pipeline.targets(settings, stages.NAMES, ()))
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(settings, items, path)
+    return settings, items, path
+
+
+@pytest.fixture(scope="module")
+def page(written):
+    return written[2].read_text(encoding="utf-8")
+
+
+def test_page_is_well_formed_and_every_link_leads_somewhere(page):
+    found = Reader(page)
+    assert found.faults == []
+    assert found.open == []
+    assert len(found.ids) == len(set(found.ids))
+    inside = [t.removeprefix("#") for t in found.targets if t.startswith("#")]
+    assert len(inside) > 20
+    assert set(inside) <= set(found.ids)
+    assert {t for t in found.targets if not t.startswith("#")} == {"https://doi.org/10.1371/journal.pone.0287958"}
+
+
+def test_page_loads_nothing_from_outside(page):
+    sources = Reader(page).sources
+    assert sources
+    assert all(s.startswith("data:") for s in sources)
+    style = page[page.index("<style>") : page.index("</style>")]
+    assert "url(" not in style
+    assert "@import" not in style
+
+
+def test_page_holds_the_papers_figures_and_says_what_is_synthetic(page):
+    found = Reader(page)
+    for anchor in ("fig2", "fig3", "simulate-group-fig4", "confound_panel", "decode-group-decoding", "quality_group"):
+        assert anchor in found.ids
+    assert page.index("SYNTHETIC") < page.index("<nav>") < page.index("id='published'")
+
+
+def test_page_names_no_path_of_the_machine(page, smoke):
+    text = re.sub(r"data:[^']*", "", page)
+    assert str(ROOT) not in text
+    assert str(smoke) not in text
+    assert str(Path.home()) not in text
+
+
+def test_page_is_small(written):
+    # Three subjects; twelve must stay below 25 MB.
+    assert written[2].stat().st_size < 8_000_000
+
+
+def test_a_smoke_study_claims_no_agreement_on_brains(page):
+    table = page[page.index("id='published'") : page.index("</section>", page.index("id='published'"))]
+    brain = table[table.index("Signal quality") : table.index("The robot that learns")]
+    assert "not testable" in brain
+    assert "class='agrees'" not in brain
+    assert "class='by'" not in brain
+
+
+def test_figures_lie_beside_the_page(written):
+    folder = written[2].parent / "figures"
+    for name in ("fig2", "fig3", "confound_panel", "moves", "quality_group"):
+        assert (folder / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        assert (folder / f"{name}.pdf").read_bytes()[:4] == b"%PDF"
+    assert (folder / "simulate_fig4.png").is_file()
+    assert (folder / "s01" / "robot_robot.png").is_file()
+
+
+def test_an_unchanged_report_is_left_alone_and_a_changed_one_redraws_only_what_changed(written):
+    settings, items, path = written
+    page, figure = path.stat().st_mtime_ns, (path.parent / "figures/fig2.png").stat().st_mtime_ns
+    write_report(settings, items, path)
+    assert path.stat().st_mtime_ns == page
+    fewer = [i for i in items if (i.stage, i.unit) != ("robot", "s03")]
+    write_report(settings, fewer, path)
+    assert path.stat().st_mtime_ns != page
+    assert (path.parent / "figures/fig2.png").stat().st_mtime_ns == figure
+    assert not (path.parent / "figures/s03/robot_robot.png").exists()
+
+
+def test_what_failed_or_has_not_run_is_said(written, tmp_path):
+    settings, items, _ = written
+    left = [i for i in items if i.stage in ("acquire", "simulate")]
+    failed = [pipeline.Item("preprocess", "s02", state="failed", why=["/some/where/s02_raw.fif is truncated"])]
+    text = write_report(settings, [*left, *failed], tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "preprocess s02: failed (s02_raw.fif is truncated)" in text
+    assert "not run" in text
+    assert "id='fig2'" not in text
+    found = Reader(text)
+    assert {t.removeprefix("#") for t in found.targets if t.startswith("#")} <= set(found.ids)
+
+
+def test_an_album_over_budget_gives_up_the_subjects_pictures_first(written, tmp_path):
+    pictures = sorted((written[2].parent / "figures").glob("*.png"))[:3]
+    whole, small = Album(), Album(budget=150_000)
+    for album in (whole, small):
+        page = "".join(album.mark(p, subject=i > 0) for i, p in enumerate(pictures))
+        album.text = album.fill(page)
+    assert whole.text.count("data:image/png") == 3
+    assert len(small.text) < len(whole.text)
+    assert small.text.count("data:image/gif") == 2
+
+
+def test_paths_are_cut_to_their_last_part():
+    assert plain(["/home/someone/data/s01.vhdr cannot be read"]) == ["s01.vhdr cannot be read"]
+    assert plain([r"C:\Users\someone\s01.vhdr is empty"]) == ["s01.vhdr is empty"]
+    assert plain(["1/2 of 3 m/s"]) == ["1/2 of 3 m/s"]
+
+
+def test_a_browser_has_nothing_to_complain_of(written, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no Chromium here")
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
+    command += [f"--user-data-dir={tmp_path}", "--no-first-run", "--disable-background-networking", "--disable-sync"]
+    done = subprocess.run(
+        [*command, written[2].as_uri()], capture_output=True, text=True, timeout=120, check=False, encoding="utf-8"
+    )
+    assert "</html>" in done.stdout
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []

@@ -1,0 +1,124 @@
+"""Every number of the paper has a place, a class and, where it is a result, a verdict."""
+
+import re
+import string
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from hrcneuro import config
+from hrcneuro.decoding.group import PUBLISHED, PUBLISHED_CHANCE
+from hrcneuro.report import facts, measured_brain
+from hrcneuro.report.paper import PARAMETERS, SETUP
+from hrcneuro.report.published import RESULTS, rows
+from hrcneuro.report.results import Results
+from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, VERDICTS
+
+PAPER = Path(__file__).parents[3] / "shared/paper/ehrlich2023.md"
+SUBJECTS = [f"s{i:02d}" for i in range(1, 13)]
+
+
+def item(stage, unit, summary):
+    return SimpleNamespace(stage=stage, unit=unit, key="k", state="hit", why=[], artifacts={}, summary=summary)
+
+
+def decoded(acc=None):
+    """Return decode summaries that hold Table 2's means, or another accuracy for RR against RH in iC."""
+    cells = {}
+    for (scenario, problem), measures in PUBLISHED.items():
+        rates = {m: mean for m, (mean, _) in measures.items()} | {"bacc": 50.0, "chance": PUBLISHED_CHANCE}
+        if acc is not None and (scenario, problem) == ("iC", "RRvsRH"):
+            rates |= {"tnr": acc, "tpr": acc, "acc": acc}
+        cells.setdefault(scenario, {})[problem] = rates
+    return cells
+
+
+def study(*, eeg=False, behaviour=False, acc=None, subjects=SUBJECTS, assignments=()):
+    settings = config.load(None, [f"study.subjects={subjects}", *assignments])
+    included = [s for s in subjects if s != "s07"]
+    items = [item("acquire", s, {"real": {"eeg": eeg, "behaviour": behaviour}}) for s in subjects]
+    items += [item("decode", s, decoded(acc)) for s in included]
+    return {row.what: row for row in rows(Results(settings, items)) if row.kind == "result"}
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_every_row_has_place_quantity_and_class():
+    found = rows(Results(config.load(None), []))
+    assert {row.kind for row in found} == {"result", "parameter", "setup"}
+    assert all(row.place and row.what and row.published for row in found)
+    assert all((row.verdict in VERDICTS) == (row.kind == "result") for row in found)
+    assert len({r.key for r in RESULTS}) == len(RESULTS)
+
+
+def test_every_parameter_that_can_be_read_has_a_value_of_this_run():
+    settings = config.load(None)
+    about = facts.gather(Results(settings, []))
+    for printed in (*SETUP, *PARAMETERS):
+        for _, name, _, _ in string.Formatter().parse(printed.ours):
+            assert name is None or name.split(".")[0] in {"found", *settings.sections}, printed
+            if name and name.startswith("found."):
+                assert hasattr(about, name.removeprefix("found.")), printed
+
+
+def test_the_numbers_of_the_paper_are_all_there():
+    if not PAPER.is_file():
+        pytest.skip("the paper's text is not at hand")
+    text = PAPER.read_text(encoding="utf-8")
+    text = text[text.index("## Abstract") : text.index("## Supporting information")]
+    # What is no number of the study: citations, links, and names of sections, figures and equations.
+    text = re.sub(r"<[^>]+>|https?://\S+|\[[\d–,\s]+\]|\(?#[\w-]+\)?", "", text)
+    text = re.sub(r"[Ss]ections? [\d.]+|Figs? \d[A-D]?( and \d?[A-D])*|Table \d|Eqs? ?\[?\\?\(?\d\)?", "", text)
+    text = re.sub(r"SIM\d(–\d)?|S\d Appendix|P300|^#+ .*$|^\*\*[\d.]+ [^*]*\*\*", "", text, flags=re.M)
+    ours = " ".join(f"{p.printed} {p.what}" for p in (*SETUP, *PARAMETERS, *RESULTS))
+    numbers = re.compile(r"\d+(?:\.\d+)?")
+    assert set(numbers.findall(text)) - set(numbers.findall(ours)) == set()
+
+
+def test_nothing_is_claimed_before_anything_has_run():
+    found = rows(Results(config.load(None), []))
+    assert {row.verdict for row in found if row.kind == "result"} == {MISSING}
+
+
+@pytest.mark.parametrize(
+    ("real", "acc", "expected"),
+    [
+        (dict(eeg=True, behaviour=True), None, AGREES),
+        (dict(eeg=True, behaviour=True), 50.0, DIFFERS),
+        (dict(eeg=False, behaviour=True), None, PLANTED),
+        (dict(eeg=False, behaviour=False), None, PLANTED),
+        (dict(eeg=False, behaviour=False), 50.0, DIFFERS),
+    ],
+)
+def test_table_2_on_each_kind_of_data(real, acc, expected):
+    found = study(**real, acc=acc)
+    assert found["ACC, RRvsRH, iC"].verdict == expected
+    assert found["RRvsRH, iC, ACC"].verdict == expected
+
+
+def test_the_chance_level_rests_on_the_logs_not_on_the_eeg():
+    assert study(eeg=False, behaviour=True)["chance level"].verdict == AGREES
+    assert study(eeg=False, behaviour=False)["chance level"].verdict == PLANTED
+
+
+def test_a_short_study_claims_nothing():
+    found = study(eeg=True, behaviour=True, subjects=["s01", "s02", "s03"])
+    assert found["ACC, RRvsRH, iC"].verdict == OPEN
+    assert "3 subjects" in found["ACC, RRvsRH, iC"].why
+
+
+def test_a_study_of_something_else_has_no_published_table():
+    other = ['study.split=""', 'problems.other=["HH_before", "RH_before"]']
+    assert rows(Results(config.load(None, other), [])) == []
+
+
+def test_printed_table_2_is_the_decoders_own_reference():
+    cells = {r.key: r.printed for r in RESULTS}
+    for (scenario, problem), measures in PUBLISHED.items():
+        for name, (mean, sd) in measures.items():
+            assert cells[f"{scenario} {problem} {name}"] == f"{mean} ± {sd} %"
+    assert cells["chance"] == f"{measured_brain.CHANCE} %" == f"{PUBLISHED_CHANCE} %"

@@ -1,0 +1,69 @@
+"""A verdict claims no more than the data can bear."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, Grounds, Measured, near
+
+REAL = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": True}, {})
+SIMULATED = Grounds({"eeg": False, "behaviour": False, "model": True, "arithmetic": True}, {})
+LOGS = Grounds({"eeg": False, "behaviour": True, "model": True, "arithmetic": True}, {})
+MIXED = Grounds({"eeg": None, "behaviour": True, "model": None, "arithmetic": True}, {})
+SHORT = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": True}, {"eeg": "3 subjects of 11"})
+
+
+@pytest.mark.parametrize(
+    ("grounds", "agrees", "rests_on", "planted", "expected"),
+    [
+        (REAL, True, "eeg", True, AGREES),
+        (REAL, False, "eeg", True, DIFFERS),
+        (REAL, True, "eeg", False, AGREES),
+        (SIMULATED, True, "eeg", True, PLANTED),
+        (SIMULATED, False, "eeg", True, DIFFERS),
+        (SIMULATED, True, "eeg", False, OPEN),
+        (SIMULATED, False, "eeg", False, OPEN),
+        (SIMULATED, True, "behaviour", True, PLANTED),
+        (SIMULATED, True, "model", True, AGREES),
+        (LOGS, True, "behaviour", True, AGREES),
+        (LOGS, True, "eeg", True, PLANTED),
+        (MIXED, True, "eeg", True, OPEN),
+        (SHORT, True, "eeg", True, OPEN),
+        (SHORT, False, "eeg", True, OPEN),
+        (SHORT, True, "behaviour", True, AGREES),
+        (REAL, None, "eeg", True, OPEN),
+    ],
+)
+def test_verdict_follows_from_what_is_real_and_large_enough(grounds, agrees, rests_on, planted, expected):
+    assert grounds.verdict(Measured("x", agrees, rests_on, "why", planted))[0] == expected
+
+
+def test_what_has_not_run_is_said_to_be_missing():
+    assert REAL.verdict(None) == (MISSING, "")
+
+
+@given(
+    agrees=st.sampled_from([True, False, None]),
+    rests_on=st.sampled_from(["eeg", "behaviour", "model", "arithmetic"]),
+    planted=st.booleans(),
+)
+def test_simulated_data_never_agree(agrees, rests_on, planted):
+    grounds = Grounds(dict.fromkeys(("eeg", "behaviour", "model", "arithmetic"), False), {})
+    assert grounds.verdict(Measured("x", agrees, rests_on, "", planted))[0] != AGREES
+
+
+@given(st.floats(40, 70), st.floats(0.5, 6), st.integers(2, 40))
+def test_the_published_mean_itself_is_near(mean, sd, n):
+    assert near(np.full(n, mean), mean, sd)[0]
+
+
+def test_noisy_subjects_agree_no_more_easily():
+    quiet, noisy = np.full(11, 62.0), 62.0 + 20 * np.resize([-1, 1], 11)
+    assert not near(quiet, 57.1, 3.7)[0]
+    assert not near(noisy + 62.0 - noisy.mean(), 57.1, 3.7)[0]
+
+
+def test_more_subjects_make_the_comparison_sharper():
+    assert near(np.full(11, 60.0), 57.1, 3.7)[0]
+    assert not near(np.full(1000, 60.0), 57.1, 3.7)[0]
