@@ -148,11 +148,11 @@ class Session:
 
     def _data(self, payload: bytes) -> None:
         recipe = self._inputs.get(payload[0]) if payload else None
-        if recipe is None or len(payload) - 1 != recipe.format.size:
+        # What a package has beyond its recipe is left unread: ur_rtde's getForwardKinematics sends too much.
+        if recipe is None or len(payload) - 1 < recipe.format.size:
             self._message("a data package fits no input recipe", ERROR)
             return
-        if not self.started:
-            return
+        # Inputs are taken before the start, too: ur_rtde's I/O interface never starts.
         values, at = recipe.format.unpack_from(payload, 1), 0
         fields = []
         for name, count in zip(recipe.names, recipe.counts, strict=True):

@@ -1,0 +1,282 @@
+"""RTDE, the dashboard and the streams as bytes, without sockets."""
+
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ur10_robot import Robot
+
+from hrcneuro.ur10 import dashboard, rtde, streams
+from hrcneuro.ur10.controller import POWER_OFF
+from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS
+
+
+class Client:
+    """An RTDE session and what it answered."""
+
+    def __init__(self, robot, taken=None):
+        self.sent = []
+        self.robot = robot
+        self.session = rtde.Session(robot.controller, {} if taken is None else taken, self.sent.append)
+
+    def ask(self, kind, payload=b""):
+        """Return the answer's payload; its header is checked."""
+        self.sent.clear()
+        self.session.feed(struct.pack(">H", 3 + len(payload)) + kind + payload)
+        (answer,) = self.sent
+        assert struct.unpack(">H", answer[:2])[0] == len(answer)
+        assert answer[2:3] == kind
+        return answer[3:]
+
+    def outputs(self, names, rate=125.0):
+        return self.ask(b"O", struct.pack(">d", rate) + names)
+
+    def send(self, recipe, form, *values):
+        self.sent.clear()
+        body = struct.pack(">B" + form, recipe, *values)
+        self.session.feed(struct.pack(">H", 3 + len(body)) + b"U" + body)
+        return b"".join(self.sent)
+
+
+@pytest.fixture
+def client(robot):
+    one = Client(robot)
+    assert one.ask(b"V", b"\0\2") == b"\1"
+    return one
+
+
+def test_version_2_streams_what_was_asked_for(client, robot):
+    assert client.ask(b"v") == struct.pack(">4I", 3, 9, 1, 64192)
+    assert client.outputs(b"timestamp,actual_q,runtime_state") == b"\1DOUBLE,VECTOR6D,UINT32"
+    assert client.ask(b"S") == b"\1"
+    client.sent.clear()
+    robot.controller.cycle()
+    client.session.tick()
+    (packet,) = client.sent
+    assert struct.unpack(">HBB", packet[:4]) == (4 + 8 + 48 + 4, ord("U"), 1)
+    values = struct.unpack(">7dI", packet[4:])
+    assert values == (0.008, *robot.controller.arm.q, 1)
+    assert client.ask(b"P") == b"\1"
+    client.sent.clear()
+    client.session.tick()
+    assert not client.sent
+
+
+def test_version_1_has_no_recipe_numbers_in_outputs(robot):
+    client = Client(robot)
+    assert client.ask(b"O", b"timestamp,robot_mode") == b"DOUBLE,INT32"
+    client.ask(b"S")
+    client.sent.clear()
+    client.session.tick()
+    assert len(client.sent[0]) == 3 + 12
+    client.ask(b"P")
+    assert client.ask(b"I", b"input_int_register_1") == b"\1INT32"
+
+
+@pytest.mark.parametrize("version", [0, 3, 65535])
+def test_unknown_versions_are_refused(robot, version):
+    assert Client(robot).ask(b"V", struct.pack(">H", version)) == b"\0"
+
+
+def test_unknown_and_later_fields_are_not_found(client, new_robot):
+    assert client.outputs(b"timestamp,nonsense") == b"\0DOUBLE,NOT_FOUND"
+    assert client.outputs(b"payload") == b"\0NOT_FOUND"
+    later = Client(new_robot(version=(3, 15, 8, 106339)))
+    later.ask(b"V", b"\0\2")
+    assert later.outputs(b"payload,payload_inertia") == b"\1DOUBLE,VECTOR6D"
+    assert client.ask(b"I", b"input_int_register_0,nonsense") == b"\0INT32,NOT_FOUND"
+
+
+@pytest.mark.parametrize("rate", [125.0, 62.5, 25.0, 1.0])
+def test_the_rate_is_kept(client, robot, rate):
+    client.outputs(b"timestamp", rate)
+    client.ask(b"S")
+    client.sent.clear()
+    for _ in range(250):
+        client.session.tick()
+    assert len(client.sent) == pytest.approx(250 * rate / 125.0, abs=1)
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+def test_an_impossible_rate_is_refused(client, rate):
+    assert client.outputs(b"timestamp", rate)[:1] == b"\0"
+
+
+def test_inputs_have_one_owner_until_it_leaves(robot):
+    taken = {}
+    one, two = Client(robot, taken), Client(robot, taken)
+    assert one.ask(b"I", b"input_int_register_0,") == b"\1INT32"
+    assert one.ask(b"I", b"input_int_register_0,input_double_register_0") == b"\2INT32,DOUBLE"
+    assert two.ask(b"I", b"input_int_register_0,input_int_register_1") == b"\0IN_USE,INT32"
+    one.session.close()
+    assert two.ask(b"I", b"input_int_register_0") == b"\1INT32"
+
+
+def test_inputs_arrive_masks_first(client, robot):
+    memory = robot.controller.memory
+    assert client.ask(b"I", b"standard_digital_output,standard_digital_output_mask") == b"\1UINT8,UINT8"
+    assert client.ask(b"I", b"speed_slider_mask,speed_slider_fraction") == b"\2UINT32,DOUBLE"
+    assert (
+        client.ask(b"I", b"input_int_register_3,input_bit_register_64,input_bit_registers0_to_31")
+        == b"\3INT32,BOOL,UINT32"
+    )
+    assert (
+        client.ask(
+            b"I",
+            b"standard_analog_output_mask,standard_analog_output_type,standard_analog_output_0,standard_analog_output_1",
+        )[:1]
+        == b"\4"
+    )
+    client.ask(b"S")
+    client.send(1, "BB", 0b11111111, 0b101)
+    assert memory.io.digital_out == 0b101
+    client.send(2, "Id", 1, 0.25)
+    client.send(2, "Id", 0, 0.9)
+    assert robot.controller.slider == 0.25
+    client.send(3, "i?I", -5, True, 6)
+    assert (memory.inputs.ints[3], memory.inputs.bits[64], memory.inputs.bits[1:3]) == (-5, True, [True, True])
+    client.send(4, "BBdd", 0b11, 0b01, 0.5, 0.5)
+    assert memory.io.analog_out == [5.0, pytest.approx(0.012)]
+    client.send(2, "Id", 1, float("nan"))
+    assert robot.controller.slider == 0.25
+
+
+def test_wrong_data_packages_are_answered_not_obeyed(client, robot):
+    client.ask(b"I", b"input_int_register_0")
+    client.ask(b"S")
+    for recipe, form, values in ((9, "i", (7,)), (1, "h", (7,)), (1, "", ())):
+        assert b"fits no input recipe" in client.send(recipe, form, *values)
+    assert robot.controller.memory.inputs.ints[0] == 0
+    assert client.send(1, "id", 7, 1.0) == b""
+    assert robot.controller.memory.inputs.ints[0] == 7
+
+
+@given(st.lists(st.binary(max_size=40), max_size=8))
+@settings(max_examples=300)
+def test_any_bytes_are_survived(pieces):
+    robot = Robot()
+    client = Client(robot)
+    try:
+        for piece in pieces:
+            client.session.feed(piece)
+            client.session.tick()
+    except rtde.ProtocolError:
+        pass
+    robot.controller.cycle()
+
+
+@given(st.sampled_from(sorted("VvMOISPU")), st.binary(max_size=60))
+@settings(max_examples=300)
+def test_any_payload_of_a_known_package_is_survived(kind, payload):
+    client = Client(Robot())
+    client.ask(b"V", b"\0\2")
+    client.ask(b"I", b"input_int_register_0")
+    client.ask(b"S")
+    try:
+        client.session.feed(struct.pack(">H", 3 + len(payload)) + kind.encode() + payload)
+        client.session.tick()
+    except rtde.ProtocolError:
+        pass
+
+
+def test_every_field_can_be_read_and_packed(robot):
+    for name, field in OUTPUTS.items():
+        value = field.read(robot.controller)
+        form = struct.Struct(">" + FORMATS[field.type])
+        form.pack(*(value if FORMATS[field.type][0].isdigit() else (value,))), name
+    for name, field in INPUTS.items():
+        zero = struct.Struct(">" + FORMATS[field.type]).unpack(bytes(struct.calcsize(">" + FORMATS[field.type])))
+        field.write(robot.controller, zero if len(zero) > 1 else zero[0]), name
+
+
+def test_the_realtime_packet_has_ur_s_layout(robot, new_robot):
+    robot.run("speedj([0, 0.2, 0, 0, 0, 0], 5, 0.5)\n", seconds=0.3)
+    packet, arm = streams.realtime(robot.controller), robot.controller.arm
+    assert len(packet) == struct.unpack(">i", packet[:4])[0] == 1108
+    assert struct.unpack_from(">6d", packet, 252) == tuple(arm.q)
+    assert struct.unpack_from(">6d", packet, 300) == tuple(arm.qd)
+    assert struct.unpack_from(">6d", packet, 444) == tuple(arm.pose())
+    assert struct.unpack_from(">d", packet, 756) == (7.0,)
+    assert struct.unpack_from(">d", packet, 812) == (1.0,)
+    assert struct.unpack_from(">d", packet, 1052) == (2.0,)
+    assert len(streams.realtime(new_robot(version=(3, 10, 0, 1)).controller)) == 1116
+
+
+def test_the_state_message_is_made_of_known_parts(robot):
+    message = streams.state(robot.controller)
+    size, kind = struct.unpack(">iB", message[:5])
+    assert (size, kind) == (len(message), 16)
+    parts, at = {}, 5
+    while at < len(message):
+        length, part = struct.unpack_from(">iB", message, at)
+        parts[part] = message[at : at + length]
+        at += length
+    assert {part: len(body) for part, body in parts.items()} == {
+        0: 46, 1: 251, 2: 37, 3: 74, 4: 101, 5: 225, 6: 445, 7: 61, 8: 7
+    }  # fmt: skip
+    assert struct.unpack_from(">6d", parts[4], 5) == tuple(robot.controller.arm.pose())
+    first = streams.version_message(robot.controller)
+    assert struct.unpack(">iB", first[:5]) == (len(first), 20)
+
+
+@pytest.fixture
+def panel(robot):
+    sent = []
+    programs = {"wave.script": "def wave():\nwhile True:\nsync()\nend\nend\n", "bad.script": "fly()\n"}
+    session = dashboard.Session(robot.controller, sent.append, programs=programs, compile=robot.compile)
+    assert sent.pop() == b"Connected: Universal Robots Dashboard Server\n"
+
+    def ask(line):
+        session.feed(line.encode() + b"\n")
+        return sent.pop().decode().rstrip("\n")
+
+    return ask
+
+
+def test_the_dashboard_s_answers(panel, robot):
+    c = robot.controller
+    for line, answer in (
+        ("robotmode", "Robotmode: RUNNING"), ("safetymode", "Safetymode: NORMAL"),
+        ("running", "Program running: false"), ("programState", "STOPPED <unnamed>"),
+        ("PolyscopeVersion", "URSoftware 3.9.1.64192 (Jan 01 2019)"),
+        ("get robot model", "UR10"), ("play", "Failed to execute: play"), ("pause", "Failed to execute: pause"),
+        ("load none.urp", "File not found: none.urp"), ("get loaded program", "No program loaded"),
+        ("load wave.script", "Loading program: wave.script"),
+        ("get loaded program", "Loaded program: /programs/wave.script"),
+        ("play", "Starting program"), ("popup hello", "showing popup"), ("close popup", "closing popup"),
+        ("close safety popup", "closing safety popup"), ("setUserRole operator", "Setting user role: OPERATOR"),
+        ("isProgramSaved", "true wave.script"), ("addToLog x", "Added log message"),
+        ("dance", "could not understand: dance"),
+        ("is in remote control", "could not understand: is in remote control"),
+    ):  # fmt: skip
+        assert panel(line) == answer
+    assert panel("load bad.script").startswith("Error while loading program: bad.script")
+    assert panel("load wave.script") == "Loading program: wave.script"
+    assert panel("play") == "Starting program"
+    robot.wait(0.05)
+    assert panel("running") == "Program running: true"
+    assert panel("programstate") == "PLAYING wave.script"
+    assert panel("pause") == "Pausing program"
+    assert panel("programState") == "PAUSED wave.script"
+    assert panel("play") == "Starting program"
+    assert panel("stop") == "Stopped"
+    c.protective_stop("test")
+    assert panel("safetymode") == "Safetymode: PROTECTIVE_STOP"
+    assert panel("unlock protective stop").startswith("Cannot unlock")
+    robot.wait(5.1)
+    assert panel("unlock protective stop") == "Protective stop releasing"
+    assert panel("power off") == "Powering off"
+    assert c.robot_mode == POWER_OFF
+    assert panel("power on") == "Powering on"
+    assert panel("brake release") == "Brake releasing"
+    robot.wait(2.5)
+    assert panel("robotmode") == "Robotmode: RUNNING"
+    assert panel("quit") == "Disconnected"
+
+
+@given(st.binary(max_size=200))
+def test_the_dashboard_survives_any_bytes(data):
+    robot, sent = Robot(), []
+    session = dashboard.Session(robot.controller, sent.append, programs={}, compile=robot.compile)
+    session.feed(data + b"\n")
