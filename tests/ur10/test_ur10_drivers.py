@@ -1,0 +1,180 @@
+"""The drivers of hrcneuro against the controller: they follow, they refuse, and the arm stops when they die."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from ur10_robot import new_address
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.backends.clock import Stamps, WallClock
+from hrcneuro.robot.backends.dashboard import check_ready
+from hrcneuro.robot.backends.script import ScriptArm
+from hrcneuro.robot.backends.ur import UrArm
+from hrcneuro.robot.backends.ursim import UrSim
+
+QD, SAFETY, PROGRAM = slice(37, 43), 101, 131
+KINDS = ["script", "rtde"]
+
+
+def connect(kind, host):
+    if kind == "rtde":
+        pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+        return UrArm(host, WallClock())
+    return ScriptArm(host, WallClock())
+
+
+def drive(arm, qd, cycles=60):
+    clock = WallClock()
+    begin = clock.now()
+    for i in range(cycles):
+        clock.wait_until(begin + i * PERIOD)
+        arm.speed(qd)
+    return arm.state()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_driver_moves_the_arm_and_stops_it(kind, served, stream):
+    one = served()
+    packets = stream(one)
+    arm = connect(kind, one.address)
+    try:
+        before = packets.packet()
+        arm.align()
+        assert np.abs(packets.packet()[QD]).max() == 0.0, "nothing moves on connecting"
+        state = drive(arm, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+        assert state.qd[2] == pytest.approx(0.1, abs=5e-3)
+        assert (state.safety, state.runtime, state.scaling) == (1, 2, 1.0)
+        assert state.q[2] > before[33]
+        arm.stop(4.0)
+        packets.until(lambda p: max(map(abs, p[QD])) < 1e-3)
+        one.fault("slider=0.5")
+        packets.until(lambda p: p[117] == 0.5)
+        time.sleep(PERIOD)
+        assert arm.state().scaling == 0.5
+        one.fault("protective_stop")
+        packets.until(lambda p: p[SAFETY] == 3.0)
+        deadline = time.monotonic() + 2.0
+        while arm.state().safety == 1 and time.monotonic() < deadline:
+            time.sleep(PERIOD)
+        assert arm.state().safety & 4
+    finally:
+        arm.close()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("way", ["killed", "cut"])
+def test_an_arm_whose_driver_is_gone_comes_to_rest(kind, way, served, stream):
+    if kind == "rtde":
+        pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+    one = served()
+    packets = stream(one)
+    module, name = ("ur", "UrArm") if kind == "rtde" else ("script", "ScriptArm")
+    driver = subprocess.Popen(
+        [sys.executable, "-c", f"""
+from hrcneuro.robot.backends.clock import WallClock
+from hrcneuro.robot.backends.{module} import {name}
+clock = WallClock()
+arm = {name}({one.address!r}, clock)
+begin = clock.now()
+for i in range(10 ** 6):
+    clock.wait_until(begin + 0.008 * i)
+    arm.speed([0.4, 0.0, 0.3, 0.0, 0.0, 0.0])
+"""], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+    try:
+        packets.until(lambda p: abs(p[QD][0] - 0.4) < 1e-2)
+        if way == "killed":
+            begin = packets.packet()[0]
+            os.kill(driver.pid, signal.SIGKILL)
+        else:
+            begin = packets.packet()[0]
+            one.fault("cut")
+            packets = stream(one)
+        rest = packets.until(lambda p: max(map(abs, p[QD])) < 0.01)
+        # On the controller's clock; a loaded machine may delay the signal itself.
+        assert rest[0] - begin < 0.5
+    finally:
+        driver.kill()
+        driver.wait()
+
+
+def test_the_own_controller_ends_with_its_driver():
+    started = []
+
+    class Arm:
+        def __init__(self, host):
+            started.append(host)
+            check_ready(host)
+
+        def close(self):
+            pass
+
+    arm = UrSim(Arm)
+    arm.close()
+    with pytest.raises(HardwareError, match="no robot answers"):
+        check_ready(started[0])
+
+    def refuse(host):
+        started.append(host)
+        raise HardwareError("no")
+
+    with pytest.raises(HardwareError, match="^no"):
+        UrSim(refuse)
+    with pytest.raises(HardwareError, match="no robot answers"):
+        check_ready(started[1])
+
+
+def test_a_controller_dies_with_a_killed_driver():
+    program = (
+        "import time\nfrom hrcneuro.robot.backends.ursim import UrSim\n"
+        "arm = UrSim(lambda host: print(host, flush=True))\ntime.sleep(60)"
+    )
+    done = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    host = done.stdout.readline().decode().strip()
+    check_ready(host)
+    done.kill()
+    done.wait()
+    done.stdout.close()
+    deadline = time.monotonic() + 5.0
+    while time.monotonic() < deadline:
+        try:
+            check_ready(host)
+        except HardwareError:
+            return
+    raise AssertionError("the controller outlived its driver")
+
+
+def test_robots_that_are_not_ready_are_refused_with_a_cure(served):
+    with pytest.raises(HardwareError, match="no robot answers at 127"):
+        check_ready(new_address())
+    off = served("--power-off")
+    with pytest.raises(HardwareError, match="not running") as error:
+        check_ready(off.address)
+    assert "pendant" in error.value.cure
+    on = served()
+    on.fault("protective_stop")
+    with pytest.raises(HardwareError, match="PROTECTIVE_STOP"):
+        check_ready(on.address)
+
+
+def test_inputs_that_another_client_holds_are_an_error(served):
+    pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+    one = served()
+    with one.connect(30004) as link:
+        for kind, payload in ((b"V", b"\0\2"), (b"I", b"input_int_register_0")):
+            link.sendall((3 + len(payload)).to_bytes(2, "big") + kind + payload)
+            link.recv(100)
+        with pytest.raises(HardwareError, match="at 127"):
+            UrArm(one.address, WallClock())
+
+
+def test_stamps_show_delay_as_age():
+    stamps = Stamps()
+    for i in range(100):
+        stamps.local(i * 0.008, 50.0 + i * 0.008 + (0.0 if i % 10 == 0 else 0.003))
+    assert 50.8 + 0.030 - stamps.local(0.8, 50.8 + 0.030) == pytest.approx(0.030, abs=1e-4)
