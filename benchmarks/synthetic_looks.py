@@ -5,13 +5,15 @@ SAMPLE is the recording that ships with EEGLAB (eeglab_data.set, 128 Hz); the sy
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 
 import mne
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.signal import welch
+from PIL import Image
+from scipy.signal import find_peaks, welch
 
 from hrcneuro.eeg import channels, filters, ocular
 from hrcneuro.eeg.synthetic import SyntheticParams, generate, planted_average
@@ -24,8 +26,14 @@ SHOWN = ("visual", "motor", "positivity", "error", "alpha_middle", "mu_C3", "bli
 class Recording:
     """EEG rows first, then EOG, in µV; raw, band-passed, and with the eyes regressed out."""
 
-    def __init__(self, title: str, data: np.ndarray, sfreq: float, names: list[str], eeg: int) -> None:
-        self.title, self.sfreq, self.names, self.eeg = title, sfreq, names, eeg
+    def __init__(
+        self, title: str, data: np.ndarray, sfreq: float, names: list[str], places: np.ndarray, onsets: np.ndarray
+    ) -> None:
+        self.title, self.sfreq, self.names, self.eeg = title, sfreq, names, len(places)
+        self.onsets, eeg = onsets, len(places)
+        self.info = mne.create_info(names[:eeg], sfreq, "eeg", verbose="error")
+        montage = mne.channels.make_dig_montage(dict(zip(names, places, strict=False)), coord_frame="head")
+        self.info.set_montage(montage, verbose="error")
         self.raw = data - np.median(data, axis=1, keepdims=True)
         self.band = filters.zero_phase(self.raw.copy(), filters.bandpass_taps(sfreq, 1.0, 40.0))
         clean = self.band.copy()
@@ -35,12 +43,25 @@ class Recording:
     def row(self, *names: str) -> int:
         return next(self.names.index(n) for n in names if n in self.names)
 
+    def epochs(self, data: np.ndarray, at: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return pieces of some rows around samples: rows x pieces x times."""
+        index = at[:, None] + np.round(times * self.sfreq).astype(int)
+        inside = (index.min(axis=1) >= 0) & (index.max(axis=1) < data.shape[1])
+        return data[:, index[inside]]
+
+    def blinks(self) -> np.ndarray:
+        """Return the samples of the peaks above 60 µV at the forehead."""
+        return find_peaks(self.band[self.row("FPz", "Fp1")], height=60.0, distance=int(0.5 * self.sfreq))[0]
+
 
 def sample(path: str) -> Recording:
     raw = mne.io.read_raw_eeglab(path, preload=True, verbose="error")
     eog = [n for n in raw.ch_names if "EOG" in n]
     order = [n for n in raw.ch_names if n not in eog] + eog
-    return Recording("EEGLAB's sample", raw.get_data(order) * 1e6, raw.info["sfreq"], order, len(order) - len(eog))
+    places = np.array([raw.info["chs"][raw.ch_names.index(n)]["loc"][:3] for n in order[: -len(eog)]])
+    marks = raw.annotations
+    onsets = np.round(marks.onset[marks.description == "square"] * raw.info["sfreq"]).astype(int)
+    return Recording("EEGLAB's sample", raw.get_data(order) * 1e6, raw.info["sfreq"], order, places, onsets)
 
 
 def numbers(r: Recording) -> dict[str, str]:
@@ -65,6 +86,7 @@ def numbers(r: Recording) -> dict[str, str]:
         "alpha peak at O1, O2, Hz": f"{f[alpha][back[alpha].argmax()]:.2f}",
         "alpha peak over its flanks": f"{back[alpha].max() / flank:.1f}",
         "blinks: median EOG peak above 60 µV": f"{np.median(peaks):.0f}",
+        "blinks: mean peak at FPz, Fp1, µV": f"{r.band[r.row('FPz', 'Fp1'), r.blinks()].mean():.0f}",
         "EOG RMS, µV": ", ".join(f"{v:.0f}" for v in eog.std(axis=1)),
         "mean |r| between channels, common average": f"{np.abs(np.corrcoef(mean_free)[pairs]).mean():.2f}",
         "r of a channel and its nearest, median": f"{np.median(np.sort(np.corrcoef(eeg), axis=1)[:, -2]):.2f}",
@@ -100,16 +122,56 @@ def traces(recordings: list[Recording], start_s: float = 40.0, length_s: float =
     return figure
 
 
-def topographies(made) -> Figure:
-    info = mne.create_info(list(EEG), 100.0, "eeg", verbose="error")
-    places = dict(zip(EEG, head().electrodes[: len(EEG)], strict=True))
-    info.set_montage(mne.channels.make_dig_montage(places, coord_frame="head"), verbose="error")
-    figure = Figure((11, 2.2), layout="constrained")
+def draw_map(axis, values: np.ndarray, info: mne.Info, title: str, limit: float | None = None) -> None:
+    places = np.array([ch["loc"][:3] for ch in info["chs"]])
+    sphere = (0.0, 0.0, 0.0, float(np.median(np.linalg.norm(places, axis=1))))
+    limits = (None, None) if limit is None else (-limit, limit)
+    mne.viz.plot_topomap(values, info, axes=axis, show=False, sphere=sphere, vlim=limits, cmap="RdBu_r")
+    axis.set_title(title, fontsize=9)
+
+
+def maps(recordings: list[Recording]) -> Figure:
+    """Draw what a look at the data shows, not what was planted: alpha, blinks, and responses trial by trial."""
+    figure = Figure((11, 5.4), layout="constrained")
+    grid = figure.subplots(2, 4, width_ratios=(1, 1, 1.3, 1.5))
+    for row, r in zip(grid, recordings, strict=True):
+        clean = r.clean - r.clean.mean(axis=0)
+        f, power = welch(clean, r.sfreq, nperseg=int(4 * r.sfreq))
+        alpha = 10 * np.log10(power[:, (f >= 8) & (f <= 12)].mean(axis=1))
+        draw_map(row[0], alpha - np.median(alpha), r.info, "8-12 Hz, ± 8 dB", limit=8.0)
+        row[0].text(-0.25, 0.5, r.title, transform=row[0].transAxes, rotation=90, va="center")
+        times = np.arange(-0.4, 0.6, 1 / r.sfreq)
+        blinks = r.epochs(r.band, r.blinks(), times)
+        mean = blinks.mean(axis=1)
+        draw_map(
+            row[1], mean[: r.eeg, np.argmin(np.abs(times))], r.info, f"{blinks.shape[1]} blinks, ± 150 µV", limit=150.0
+        )
+        forehead = r.row("FPz", "Fp1")
+        row[2].plot(times, blinks[forehead, :40].T, color="0.8", lw=0.5)
+        row[2].plot(times, mean[forehead], color="k", label=r.names[forehead])
+        row[2].plot(times, r.epochs(r.clean, r.blinks(), times).mean(axis=1)[forehead], color="C0", label="cleaned")
+        row[2].set(title="blinks, µV", xlabel="s", ylim=(-100, 320))
+        row[2].legend(frameon=False, fontsize=7)
+        erp_rows(row[3], r, clean)
+    return figure
+
+
+def erp_rows(axis, r: Recording, clean: np.ndarray) -> None:
+    """Draw the first 80 responses at the back of the head, each a mean of five neighbours in time."""
+    times = np.arange(-0.2, 0.8, 1 / r.sfreq)
+    name = r.names[r.row("POz", "O1")]
+    image = r.epochs(clean[[r.row(name)]], r.onsets, times)[0][:80]
+    image -= image[:, times < 0].mean(axis=1, keepdims=True)
+    image = np.apply_along_axis(np.convolve, 0, image, np.ones(5) / 5, mode="same")
+    axis.imshow(image, aspect="auto", extent=(-0.2, 0.8, len(image), 0), cmap="RdBu_r", vmin=-15, vmax=15)
+    axis.set(title=f"{name}, {len(image)} events, ± 15 µV", xlabel="s after onset", ylabel="event")
+
+
+def topographies(made, info: mne.Info) -> Figure:
+    figure = Figure((11, 1.7), layout="constrained")
     for axis, name in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
         gain = made.truth["topographies"][name].to_numpy()[: len(EEG)]
-        sphere = (0.0, 0.0, 0.0, 0.095)
-        mne.viz.plot_topomap(gain - gain.mean(), info, axes=axis, show=False, sphere=sphere)
-        axis.set_title(name, fontsize=9)
+        draw_map(axis, gain - gain.mean(), info, name)
     return figure
 
 
@@ -146,21 +208,30 @@ def erp_image(r: Recording, made, trials) -> Figure:
     return figure
 
 
+def save(figure: Figure, path: Path) -> None:
+    """Write a PNG of 128 colours, a third of the size."""
+    memory = io.BytesIO()
+    figure.savefig(memory, dpi=90, format="png")
+    Image.open(memory).convert("RGB").quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
 def main(path: str, out: Path) -> None:
     mne.set_log_level("error")
     out.mkdir(parents=True, exist_ok=True)
     real = sample(path)
     trials = simulate_session(SessionParams(), rng=np.random.default_rng(1))
     made = generate(trials, params=SyntheticParams(), sfreq=real.sfreq, rng=np.random.default_rng(1))
-    ours = Recording("synthetic", made.data_uv.astype(float), real.sfreq, list(CH_NAMES), len(EEG))
+    data, places = made.data_uv.astype(float), head().electrodes[: len(EEG)]
+    ours = Recording("synthetic", data, real.sfreq, list(CH_NAMES), places, made.onset_samples)
     figures = {
         "spectra": spectra([real, ours]),
         "traces": traces([real, ours]),
-        "topographies": topographies(made),
+        "maps": maps([real, ours]),
+        "topographies": topographies(made, ours.info),
         "responses": erp_image(ours, made, trials),
     }
     for name, figure in figures.items():
-        figure.savefig(out / f"synthetic_{name}.png", dpi=90, metadata={"Software": None})
+        save(figure, out / f"synthetic_{name}.png")
     print("| | EEGLAB's sample | synthetic |\n|---|---|---|")
     for (what, left), right in zip(numbers(real).items(), numbers(ours).values(), strict=True):
         print(f"| {what} | {left} | {right} |")
