@@ -33,7 +33,7 @@ def declare(command: Callable[..., Any]) -> None:
     @command(
         "Make a new study that runs as it is: configuration, README, .gitignore.",
         "init mystudy",
-        "init mystudy --dry-run",
+        "init studies/second --dry-run",
         name="init",
     )
     def init(options: Options, folder: Annotated[Path, typer.Argument(help="A folder that is new or empty.")]) -> int:

@@ -5,10 +5,11 @@ import re
 import shlex
 
 import pytest
+from tiny_study import ROOT
 
 COMMANDS = [
     *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
-    *(["run"], ["status"], ["path"], ["report"]),
+    *(["run"], ["status"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
 ]
 
@@ -25,7 +26,9 @@ def test_help_lists_every_command(hrcneuro):
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, words):
+def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, words):
+    for name in ("configs", "pipelines"):
+        (tmp_path / name).symlink_to(ROOT / name)
     done = hrcneuro(*words, "--help")
     assert done.code == 0
     found = examples(done.out)
@@ -41,8 +44,24 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, words):
             given += ["--workdir", str(smoke)]
         else:
             arguments[arguments.index("--workdir") + 1] = str(smoke)
-        again = hrcneuro(*arguments, *given)
+        again = hrcneuro(*arguments, *given, cwd=tmp_path)
         assert again.code == 0, f"{example}: {again.err}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["epoch", "s01"], 0, ["3 ran"]),
+        (["epoch", "s01", "--set", "epoch.reject_uv=0.001"], 3, ["none of", "epoch.reject_uv"]),
+        (["robot", "s01", "--backend", "ur", "--host", "127.0.0.9"], 4, ["no robot answers at 127.0.0.9", "cure"]),
+    ],
+)
+def test_what_a_stage_meets_decides_the_exit_code(hrcneuro, tiny, arguments, code, words):
+    # 1 (a worker died) and 130 (interrupted) are reached in test_crash.py, 2 below.
+    done = hrcneuro(*arguments, "--config", tiny / "tiny.toml", "--workdir", tiny, "-j", "1")
+    assert done.code == code, done.err
+    for word in words:
+        assert word in done.err
 
 
 def test_the_version_is_printed(hrcneuro):

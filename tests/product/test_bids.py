@@ -1,0 +1,117 @@
+"""The export to BIDS passes the official validator, and mne-bids reads back what was recorded."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mne_bids", reason="needs the extra bids")
+
+GIVEN = ("--config", "configs/smoke.toml")
+
+
+@pytest.fixture(scope="module")
+def bids(hrcneuro, smoke, tmp_path_factory):
+    """The smoke study as a BIDS data set."""
+    folder = tmp_path_factory.mktemp("export") / "bids"
+    done = hrcneuro("export", "--bids", folder, *GIVEN, "--workdir", smoke, "--json")
+    assert done.code == 0, done.err
+    assert set(done.states.values()) == {"hit"}
+    return folder
+
+
+def verdict(folder, *options):
+    """Return the errors that the validator finds, each with the file."""
+    validator = shutil.which("bids-validator-deno")
+    if validator is None:
+        pytest.skip("needs bids-validator-deno")
+    command = [validator, folder, "--format", "json", *options]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    found = json.loads(done.stdout)
+    parts = [found, *found.get("derivativesSummary", {}).values()]
+    assert all(part["summary"]["totalFiles"] > 10 for part in parts)
+    return [i for part in parts for i in part["issues"]["issues"] if i["severity"] == "error"], len(parts)
+
+
+def test_the_official_validator_finds_no_error(bids):
+    assert verdict(bids, "--recursive") == ([], 2)
+    assert verdict(bids / "derivatives" / "hrcneuro") == ([], 1)
+
+
+def test_the_validator_would_find_one(bids, tmp_path):
+    shutil.copytree(bids, tmp_path / "copy")
+    (tmp_path / "copy" / "sub-s01" / "eeg" / "sub-s01_task-smoke_nonsense.tsv").write_text("a\n1\n")
+    assert verdict(tmp_path / "copy")[0]
+
+
+def test_mne_bids_reads_back_the_recording_and_its_moves(bids, smoke):
+    import mne_bids
+
+    import hrcneuro
+
+    study = hrcneuro.open(smoke)
+    raw = mne_bids.read_raw_bids(
+        mne_bids.BIDSPath(subject="s01", task="smoke", datatype="eeg", root=bids), verbose="error"
+    )
+    ours = study.raw("s01")
+    assert raw.ch_names == ours.ch_names
+    assert raw.get_channel_types() == ours.get_channel_types()
+    assert raw.info["line_freq"] == 50
+    np.testing.assert_allclose(raw.get_data(), ours.get_data(), atol=1e-11)
+    moves = study.trials("s01").dropna(subset=["onset_sample"])
+    np.testing.assert_array_equal(np.rint(raw.annotations.onset * raw.info["sfreq"]), moves["onset_sample"])
+
+
+def test_events_carry_the_trial_table_and_say_what_it_means(bids, smoke):
+    import pandas as pd
+
+    import hrcneuro
+
+    base = bids / "sub-s01" / "eeg" / "sub-s01_task-smoke_events"
+    events = pd.read_csv(base.with_suffix(".tsv"), sep="\t", na_values="n/a", keep_default_na=False)
+    trials = hrcneuro.open(smoke).trials("s01")
+    assert events["case"].dropna().tolist() == trials["case"].dropna().tolist()
+    assert events["error"].tolist() == trials["error"].tolist()
+    assert set(json.loads(base.with_suffix(".json").read_text())) == set(events.columns)
+
+
+@pytest.mark.filterwarnings("ignore:The inplace keyword:DeprecationWarning")  # of MNE, under pandas 3
+def test_clean_recordings_epochs_and_averages_open_in_mne(bids, smoke):
+    import mne
+
+    import hrcneuro
+
+    study = hrcneuro.open(smoke)
+    derived = bids / "derivatives"
+    clean = mne.io.read_raw_brainvision(
+        derived / "hrcneuro" / "sub-s01" / "eeg" / "sub-s01_task-smoke_desc-clean_eeg.vhdr", verbose="error"
+    )
+    np.testing.assert_allclose(clean.get_data(), study.clean("s01").get_data(), atol=1e-11)
+    stem = derived / "mne" / "sub-s01" / "eeg" / "sub-s01_task-smoke"
+    assert len(mne.read_epochs(f"{stem}_epo.fif", verbose="error")) == len(study.epochs("s01"))
+    assert len(mne.read_evokeds(f"{stem}_ave.fif", verbose="error")) == len(study.evokeds("s01"))
+
+
+def test_what_was_simulated_says_so_first(bids):
+    assert json.loads((bids / "dataset_description.json").read_text())["Name"] == "smoke (synthetic data)"
+    assert (bids / "README.md").read_text().splitlines()[2].startswith("SYNTHETIC")
+
+
+def test_an_export_can_be_repeated_but_not_onto_something_else(hrcneuro, bids, smoke, tmp_path):
+    again = hrcneuro("export", "--bids", bids, "s01", "--raw", *GIVEN, "--workdir", smoke)
+    assert again.code == 0, again.err
+    (tmp_path / "thesis.tex").touch()
+    done = hrcneuro("export", "--bids", tmp_path, *GIVEN, "--workdir", smoke)
+    assert done.code == 2
+    assert "hrcneuro did not write" in done.err
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
+    assert hrcneuro("export", *GIVEN, "--workdir", smoke).code == 2
+
+
+def test_without_the_extra_the_cure_is_named(hrcneuro, smoke, tmp_path):
+    (tmp_path / "mne_bids.py").write_text("raise ImportError('not here')\n")
+    done = hrcneuro("export", "--bids", tmp_path / "out", *GIVEN, "--workdir", smoke, env={"PYTHONPATH": str(tmp_path)})
+    assert done.code == 2
+    assert "pip install 'hrcneuro[bids]'" in done.err

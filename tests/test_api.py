@@ -1,0 +1,64 @@
+"""The Python API: what has run, as MNE objects and pandas tables."""
+
+import subprocess
+import sys
+
+import pytest
+
+import hrcneuro as package
+from hrcneuro.errors import DataError
+
+
+@pytest.fixture(scope="module")
+def study(smoke):
+    return package.open(smoke)
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    code = "import hrcneuro, sys; print(sorted({'mne', 'numpy', 'pandas', 'typer'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_results_and_their_folder_are_the_same_study(smoke, study, monkeypatch):
+    assert package.open(smoke / "results").subjects == study.subjects == ("s01", "s02", "s03")
+    assert package.open(str(smoke)).stages == study.stages
+    monkeypatch.chdir(smoke)
+    assert package.open("results").subjects == study.subjects
+    assert "s01, s02, s03" in repr(package.open())
+
+
+def test_recordings_epochs_and_averages_are_plain_mne_objects(study):
+    import mne
+
+    raw, clean, epochs, evokeds = study.raw("s01"), study.clean("s01"), study.epochs("s01"), study.evokeds("s01")
+    assert isinstance(raw, mne.io.BaseRaw)
+    assert not raw.preload
+    assert clean.info["sfreq"] == epochs.info["sfreq"] == 128
+    assert len(clean.ch_names) == 27
+    assert len(epochs) == len(epochs.metadata)
+    assert all(isinstance(e, mne.Evoked) for e in evokeds.values())
+    # The trials whose next move is the takeover, averaged here and by the stage.
+    named = epochs["before_RH"].apply_baseline((-0.2, 0), verbose="error")
+    assert evokeds["all/RH_before"].nave == len(named)
+    assert abs(evokeds["all/RH_before"].data - named.average().data).max() < 1e-9
+
+
+def test_tables_and_summaries(study):
+    trials = study.trials("s01")
+    assert trials.equals(study.table("acquire", "s01", "trials.parquet"))
+    assert set(study.table("preprocess", "s01", "quality.parquet")["channel"]) == set(study.clean("s01").ch_names)
+    assert study.summary("epoch", "s01")["epochs"] == len(study.epochs("s01"))
+    assert study.table("epoch", "s01").equals(study.table("epoch", "s01", "conditions.parquet"))
+
+
+def test_mistakes_name_the_cure(study, tmp_path):
+    for call, words in (
+        (lambda: study.raw("s1"), "did you mean 's0"),
+        (lambda: study.table("epok", "s01"), "did you mean 'epoch'"),
+        (lambda: study.table("simulate", "group"), "curves.parquet"),
+        (lambda: study.table("epoch", "s01", "nothing.parquet"), "conditions.parquet"),
+        (lambda: package.open(tmp_path), "holds no results"),
+    ):
+        with pytest.raises(DataError) as caught:
+            call()
+        assert words in str(caught.value)
