@@ -6,11 +6,13 @@ Layouts: "Client interfaces, CB-series", Universal Robots, software 3.5 and late
 from __future__ import annotations
 
 import struct
+from math import hypot
 
 from hrcneuro.robot.kinematics import ALPHA, A, D
+from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import MAX_ANGLE, MAX_SPEED, ZERO
 from hrcneuro.ur10.controller import PAUSED, PLAYING, PROTECTIVE, RUNNING, Controller
-from hrcneuro.ur10.variables import elbow, joint_modes, momentum, target_tcp_speed, tcp_speed
+from hrcneuro.ur10.variables import elbow, joint_modes
 
 ROBOT_STATE, ROBOT_MESSAGE = 16, 20
 EVERY = 12  # cycles between state messages: 10.4 Hz
@@ -24,11 +26,16 @@ def realtime(c: Controller) -> bytes:
     """Return port 30003's packet: 1108 bytes with software 3.5 … 3.9, 1116 from 3.10."""
     arm, io = c.arm, c.memory.io
     at, velocity = elbow(c)
+    pose, target = arm.pose(), arm.target_pose()
+    speed, target_speed = (
+        geometry.twist(arm.q, arm.qd, pose[:3]),
+        geometry.twist(arm.target_q, arm.target_qd, target[:3]),
+    )
     body = (
         c.now, *arm.target_q, *arm.target_qd, *arm.target_qdd, *ZERO, *ZERO, *arm.q, *arm.qd, *ZERO, *ZERO,
-        *arm.pose(), *tcp_speed(c), *ZERO, *arm.target_pose(), *target_tcp_speed(c), float(io.digital_in),
+        *pose, *speed, *ZERO, *target, *target_speed, float(io.digital_in),
         *(30.0,) * 6, 0.5, 0.0, float(c.robot_mode), *joint_modes(c), float(c.safety_mode), *ZERO, 0.0, 0.0, -9.81,
-        *ZERO, c.speed_scaling, momentum(c), 0.0, 0.0, 48.0, 48.0, 0.5, *(48.0,) * 6, float(io.digital_out),
+        *ZERO, c.speed_scaling, 10.0 * hypot(*speed[:3]), 0.0, 0.0, 48.0, 48.0, 0.5, *(48.0,) * 6, float(io.digital_out),
         float(c.runtime_state), *at, *velocity,
     )  # fmt: skip
     if c.version[:2] < (3, 10):
