@@ -35,7 +35,8 @@ def realtime(c: Controller) -> bytes:
         c.now, *arm.target_q, *arm.target_qd, *arm.target_qdd, *ZERO, *ZERO, *arm.q, *arm.qd, *ZERO, *ZERO,
         *pose, *speed, *ZERO, *target, *target_speed, float(io.digital_in),
         *(30.0,) * 6, 0.5, 0.0, float(c.robot_mode), *joint_modes(c), float(c.safety_mode), *ZERO, 0.0, 0.0, -9.81,
-        *ZERO, c.speed_scaling, 10.0 * hypot(*speed[:3]), 0.0, 0.0, 48.0, 48.0, 0.5, *(48.0,) * 6, float(io.digital_out),
+        *ZERO, c.speed_scaling, 10.0 * hypot(*speed[:3]), 0.0, 0.0, 48.0, 48.0, 0.5, *(48.0,) * 6,
+        float(io.digital_out),
         float(c.runtime_state), *at, *velocity,
     )  # fmt: skip
     if c.version[:2] < (3, 10):
