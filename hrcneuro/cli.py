@@ -144,7 +144,7 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="AXIS=VALUES",
-            help="Sweep over accuracy, subtasks, chosen, alpha, tau, events, period; repeatable. wide: all, 10,125 cells.",
+            help="Sweep accuracy, subtasks, chosen, alpha, tau, events or period; repeatable. wide: 10,125 cells.",
         ),
     ] = None,
 ) -> int:

@@ -43,5 +43,5 @@ def _timing(options: Options, subject: str) -> str:
     rows = [f"{subject}: timing in ms", f"{'':<26}{'n':>8}{'mean':>9}{'sd':>9}{'median':>9}{'p99':>9}{'most':>9}"]
     for row in table.itertuples():
         figures = (row.mean_ms, row.sd_ms, row.median_ms, row.p99_ms, row.high_ms)
-        rows.append(f"{row.quantity:<26}{row.n:>8}" + "".join(f"{v:>9.3f}" for v in figures))
+        rows.append(f"{row.quantity!s:<26}{row.n:>8}" + "".join(f"{v:>9.3f}" for v in figures))
     return "\n".join(rows)
