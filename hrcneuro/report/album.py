@@ -76,5 +76,5 @@ def _uri(path: Path, form: tuple[int, float] | None) -> str:
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"
 
 
-# A transparent dot: the caption stays, and says where the picture lies.
+# A transparent dot: the caption stays, and the page says where the files lie.
 _LEFT_OUT = "data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7"

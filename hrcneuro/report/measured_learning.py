@@ -45,7 +45,9 @@ def _minutes(events: int) -> dict[str, Measured]:
         minutes = {s: episodes * events * s / 60 for s in (1, 2)}
         text = f"{minutes[2]:.1f} min at 2 s, {minutes[1]:.1f} at 1 s a trial"
         agrees = low <= minutes[2] <= high
-        fits = "the printed minutes fit 1 s a trial" if low <= minutes[1] <= high else "arithmetic"
+        fits = (
+            "the printed minutes, which 1 s a trial would give" if low <= minutes[1] <= high else "the printed minutes"
+        )
         found[f"minutes {episodes}"] = Measured(text, agrees, "arithmetic", fits)
     return found
 

@@ -14,7 +14,7 @@ from hrcneuro.report.drawn import Drawing, collect, draw_all
 from hrcneuro.report.markup import Cell, Raw, esc, fold, items, link, table
 from hrcneuro.report.published import Row, rows
 from hrcneuro.report.results import Figure, Results
-from hrcneuro.report.verdicts import VERDICTS
+from hrcneuro.report.verdicts import AGREES, DIFFERS, PLANTED, VERDICTS
 
 TITLES = {
     "acquire": "Recordings",
@@ -41,6 +41,7 @@ NAMES = {
     "timing.png": "Timing",
     "reach.png": "Cell",
 }
+_PLURAL = {AGREES: "agree", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "ersp.png", "ersp_scenarios.png")
 # A link into something folded unfolds it, and so does printing; without script both still work by hand.
 _SCRIPT = (
@@ -92,7 +93,9 @@ class Page:
         ran = ", ".join(self.chapters) or "nothing"
         counts = Counter(row.verdict for row in found if row.verdict)
         chips = "".join(
-            f"<li class='{_kind(v)}'><b>{counts[v]}</b> {v}</li>" for v in VERDICTS if counts[v] or v == "agrees"
+            f"<li class='{_kind(v)}'><b>{counts[v]}</b> {_PLURAL.get(v, v)}</li>"
+            for v in VERDICTS
+            if counts[v] or v == AGREES
         )
         changed = provenance.changed(settings)
         note = link("settings", f"{_count(len(changed), 'setting')} not the paper's").text if changed else ""
@@ -154,11 +157,10 @@ class Page:
         # One subject of the arm is a figure of the chapter; of the rest the group's figures speak.
         first = [f for f in each if f.unit == units[0]] if stage == "robot" or len(units) == 1 else []
         rest = [f for f in each if f not in first]
-        return "".join(map(self._figure, first + once)) + fold(
-            f"{'Other subjects' if first else 'Subjects'} ({len({f.unit for f in rest})})",
-            "".join(map(self._figure, rest)),
-            kind="subjects",
-        )
+        title = f"{'Other subjects' if first else 'Subjects'} ({len({f.unit for f in rest})})"
+        where = "<p class='small'>Also as files, in full: figures/SUBJECT beside this page.</p>" if rest else ""
+        inside = where + "".join(map(self._figure, rest))
+        return "".join(map(self._figure, first + once)) + fold(title, inside, kind="subjects")
 
     def _drawing(self, drawing: Drawing, path: Path) -> str:
         return self._picture(drawing.name, path, f"{drawing.title}. {drawing.caption}", subject=False)
@@ -203,7 +205,9 @@ def _verdicts(found: Sequence[Row], anchors: Container[str]) -> str:
         if row.chapter != chapter:
             chapter = row.chapter
             lines.append([link(chapter, TITLES[chapter]) if chapter in anchors else TITLES[chapter]])
-        why = f"<small>{esc(row.why)}</small>" if row.why else ""
+        # A criterion where it was applied, a reason where it could not be.
+        wanted = "wanted: " if row.verdict in (AGREES, DIFFERS, PLANTED) else ""
+        why = f"<small>{wanted}{esc(row.why)}</small>" if row.why else ""
         verdict = Raw(f"<span class='{_kind(row.verdict)}'>{esc(row.verdict)}</span>{why}")
         place: Cell = link(row.figure, row.place) if row.figure in anchors else row.place
         lines.append([place, row.what, row.published, row.ours, verdict])

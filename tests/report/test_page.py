@@ -137,7 +137,7 @@ def test_what_failed_or_has_not_run_is_said(written, tmp_path):
 
 def test_an_album_over_budget_gives_up_the_subjects_pictures_first(written, tmp_path):
     pictures = sorted((written[2].parent / "figures").glob("*.png"))[:3]
-    whole, small = Album(), Album(budget=150_000)
+    whole, small = Album(), Album(budget=1)
     for album in (whole, small):
         page = "".join(album.mark(p, subject=i > 0) for i, p in enumerate(pictures))
         album.text = album.fill(page)
