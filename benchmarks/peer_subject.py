@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 from mne.preprocessing import EOGRegression
 from mne.time_frequency import morlet, tfr_array_morlet
-from scipy.fft import next_fast_len
 from scipy.stats import kurtosis
 from sklearn.model_selection import RepeatedStratifiedKFold
 
@@ -46,11 +45,7 @@ def epochs_of(raw: mne.io.BaseRaw, trials: pd.DataFrame) -> mne.Epochs:
     trials = trials[wanted].reset_index(drop=True)
     onsets = trials["onset_sample"].to_numpy(int)
     events = np.c_[onsets, np.zeros(len(onsets), int), np.ones(len(onsets), int)]
-    # The padded length must be a multiple of 125, else MNE's grid drifts against the events; and quick to transform.
-    length = 125 * next_fast_len(raw.n_times // 125 + 160)
-    while (length - raw.n_times) % 2:
-        length = 125 * next_fast_len(length // 125 + 1)
-    raw, events = raw.resample(512, npad=(length - raw.n_times) // 2, events=events)
+    raw, events = raw.resample(512, events=events)
     return mne.Epochs(
         raw, events, tmin=-0.2, tmax=1.2, baseline=None, reject={"eeg": 2e-3}, metadata=trials, preload=True
     )

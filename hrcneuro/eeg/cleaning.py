@@ -176,7 +176,9 @@ def _judge(signals: Signals, recipe: Recipe, notes: list[str]) -> tuple[channels
         listed = ", ".join(f"{name} ({why})" for name, why in zip(names, reason, strict=True))
         raise DataError(
             f"all {len(names)} EEG channels are bad: {listed}",
-            cure="look at the recording (hrcneuro acquire SUBJECT --inspect), or set preprocess.bad_channels = 'none'",
+            # Flat and marked channels are bad whatever the kurtosis step does.
+            cure="look at the recording: hrcneuro acquire SUBJECT --inspect"
+            + ("; preprocess.bad_channels = 'none' keeps those rejected by kurtosis" if "kurtosis" in reason else ""),
         )
     compared = int((~(verdict.flat | marked)).sum())
     if recipe.bad_channels == "kurtosis" and compared < channels.MIN_CHANNELS:
