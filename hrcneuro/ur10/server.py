@@ -243,8 +243,8 @@ class Server:
         c.cycle()
         if network.cut:
             network.cut = False
-            for clients in self._clients.values():
-                for client in list(clients):
+            for port, clients in self._clients.items():
+                for client in list(clients) if port != FAULTS else ():
                     client.abort()
         if network.loses(c.now):
             return
