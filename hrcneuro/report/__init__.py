@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ def write_report(settings: Any, items: Sequence[Any], path: Path) -> Path:
 
     html = render(Results(settings, items, memo), path.parent / "figures")
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
+    part = path.with_name(f".{path.name}.{os.getpid()}")
     part.write_text(html, encoding="utf-8")
     part.replace(path)
     mark.write_text(json.dumps({"stamp": stamp}), encoding="utf-8")
@@ -41,7 +42,7 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
     package = Path(__file__).parents[1]
     return fingerprint.digest(
         {
-            "items": {f"{i.stage}/{i.unit}": [i.key, i.state in ("hit", "ran"), i.why] for i in items},
+            "items": {f"{i.stage}/{i.unit}": _shown(i) for i in items},
             "code": fingerprint.code("hrcneuro.report.page", package, memo),
             "drawings": [
                 fingerprint.code(f"hrcneuro.report.{p.stem}", package, memo)
@@ -53,6 +54,12 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
             "sections": {name: params(section) for name, section in settings.sections.items()},
         }
     )
+
+
+def _shown(item: Any) -> list[Any]:
+    done = item.state in ("hit", "ran")
+    # Why something ran is shown nowhere, and is forgotten by the next run; why something is missing is shown.
+    return [item.key, done, [] if done else item.why]
 
 
 def _read(mark: Path) -> str:
