@@ -1,5 +1,6 @@
 """The page from outside: well-formed, alone, small, honest on what is missing."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -8,11 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from hrcneuro import config, pipeline, stages
+from hrcneuro import config, pipeline
 from hrcneuro.report import write_report
 from hrcneuro.report.album import Album
 from hrcneuro.report.provenance import plain
-from hrcneuro.workdir import Workdir
 
 ROOT = Path(__file__).parents[2]
 VOID = {"meta", "link", "img", "br", "hr"}
@@ -44,7 +44,8 @@ class Reader(HTMLParser):
 @pytest.fixture(scope="module")
 def written(smoke, tmp_path_factory):
     settings = config.load(ROOT / "configs/smoke.toml")
-    items = pipeline.Run(settings, Workdir(smoke)).plan(pipeline.targets(settings, stages.NAMES, ()))
+    # What the run itself reported: a plan made now would call everything stale if the code changed meanwhile.
+    items = [pipeline.Item(**item) for item in json.loads((smoke / "done").read_text(encoding="utf-8"))["items"]]
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(settings, items, path)
     return settings, items, path
