@@ -41,7 +41,7 @@ def _timing(options: Options, subject: str) -> str:
 
     table = read_table(Workdir(options.workdir).artifact("robot", subject, "timing.parquet"))
     rows = [f"{subject}: timing in ms", f"{'':<26}{'n':>8}{'mean':>9}{'sd':>9}{'median':>9}{'p99':>9}{'most':>9}"]
-    for row in table.itertuples():
-        figures = (row.mean_ms, row.sd_ms, row.median_ms, row.p99_ms, row.high_ms)
-        rows.append(f"{row.quantity!s:<26}{row.n:>8}" + "".join(f"{v:>9.3f}" for v in figures))
+    for row in table.to_dict("records"):
+        figures = (row[f"{name}_ms"] for name in ("mean", "sd", "median", "p99", "high"))
+        rows.append(f"{row['quantity']:<26}{row['n']:>8}" + "".join(f"{v:>9.3f}" for v in figures))
     return "\n".join(rows)
