@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: all smoke test lint bench clean
+.PHONY: all smoke test lint docs bench clean
 .DEFAULT_GOAL := all
 
 all: $(VENV)/ready            ## the whole synthetic study of 12 subjects, ending with results/report.html
@@ -24,6 +24,9 @@ lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/ready           ## the documentation, every link checked, as build/docs/index.html
+	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 
 bench: $(VENV)/ready          ## speed and memory against the tools that users would pick instead
 	for bench in benchmarks/bench_*.py; do $(BIN)/python $$bench || exit 1; done

@@ -1,0 +1,160 @@
+"""Parts of a page that are made from the code when the site is built, so that they cannot fall behind it.
+
+A fenced block whose language is one of these is replaced:
+
+    {options} preprocess      the stage's options: key, default, range, meaning
+    {artifacts} preprocess    its tables: columns, units, meaning; and its figures
+    {help}                    what every command prints on --help
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from hrcneuro import stages
+from hrcneuro.coercion import allowed_range
+from hrcneuro.configtext import toml_value
+from hrcneuro.contract import plain
+
+# stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
+TABLES = {
+    "acquire": {"sNN/trials.parquet": "hrcneuro.sources.trials:TRIALS"},
+    "preprocess": {
+        "sNN/quality.parquet": "hrcneuro.stages.preprocess_files:quality_table",
+        "sNN/timing.parquet": "hrcneuro.stages.preprocess_files:TIMING",
+    },
+    "epoch": {"sNN/conditions.parquet": "hrcneuro.stages.epoch:_conditions_table"},
+    "erp": {
+        "sNN/averages.parquet": "hrcneuro.stages.contrast_tables:AVERAGES",
+        "sNN/strata.parquet": "hrcneuro.stages.contrast_tables:STRATA",
+        "group/erp.parquet": "hrcneuro.stages.contrast_tables:ERP",
+        "group/erp_stats.parquet": "hrcneuro.stages.contrast_tables:ERP_STATS",
+        "group/erp_strata.parquet": "hrcneuro.stages.contrast_tables:ERP_STRATA",
+    },
+    "ersp": {
+        "sNN/ersp.parquet": "hrcneuro.stages.contrast_tables:ERSP_SUBJECT",
+        "sNN/ersp_strata.parquet": "hrcneuro.stages.contrast_tables:ERSP_STRATA_SUBJECT",
+        "sNN/channels.parquet": "hrcneuro.stages.contrast_tables:CHANNELS",
+        "group/ersp.parquet": "hrcneuro.stages.contrast_tables:ERSP",
+        "group/ersp_stats.parquet": "hrcneuro.stages.contrast_tables:ERSP_STATS",
+        "group/ersp_strata.parquet": "hrcneuro.stages.contrast_tables:ERSP_STRATA",
+    },
+    "decode": {
+        "sNN/scores.parquet": "hrcneuro.stages.decode_tables:SCORES",
+        "sNN/folds.parquet": "hrcneuro.stages.decode_tables:FOLDS",
+        "sNN/predictions.parquet": "hrcneuro.stages.decode_tables:PREDICTIONS",
+        "sNN/strata.parquet": "hrcneuro.stages.decode_tables:STRATA",
+        "group/table2.parquet": "hrcneuro.stages.decode_group:TABLE2",
+        "group/group_tests.parquet": "hrcneuro.stages.decode_group:TESTS",
+        "group/compared.parquet": "hrcneuro.stages.decode_group:COMPARED",
+        "group/subjects.parquet": "hrcneuro.stages.decode_group:SUBJECTS",
+    },
+    "simulate": {
+        "group/curves.parquet": "hrcneuro.stages.simulate_tables:CURVES",
+        "group/milestones.parquet": "hrcneuro.stages.simulate_tables:MILESTONES",
+        "group/relearning.parquet": "hrcneuro.stages.simulate_tables:RELEARNING",
+        "group/analytic.parquet": "hrcneuro.stages.simulate_beyond:ANALYTIC",
+        "group/learners.parquet": "hrcneuro.stages.simulate_beyond:LEARNERS",
+        "group/confound.parquet": "hrcneuro.stages.simulate_beyond:CONFOUND",
+        "group/sweep.parquet": "hrcneuro.stages.simulate_sweep:SWEEP",
+    },
+    "robot": {
+        "sNN/moves.parquet": "hrcneuro.stages._robot_tables:MOVES",
+        "sNN/telemetry.parquet": "hrcneuro.stages._robot_tables:TELEMETRY",
+        "sNN/timing.parquet": "hrcneuro.stages._robot_tables:TIMING",
+    },
+}
+_BLOCK = re.compile(r"^```\{(options|artifacts|help)\} ?(\w*)\n```$", flags=re.M)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register with Sphinx."""
+    app.connect("source-read", _expand)
+    return {"parallel_read_safe": True, "env_version": 1}
+
+
+def table_of(place: str) -> Any:
+    """Return the schema that ``module:NAME`` names; one that depends on the EOG channels is asked for one ``NAME``."""
+    module, _, name = place.partition(":")
+    found = getattr(importlib.import_module(module), name)
+    if not callable(found):
+        return found
+    return found(["NAME"]) if inspect.signature(found).parameters else found()
+
+
+def options(stage: str) -> str:
+    """Return a stage's options as a Markdown table."""
+    rows = ["| key | default | allowed | meaning |", "|---|---|---|---|"]
+    return "\n".join([*rows, *_rows(stages.load(stage).Config(), "")])
+
+
+def artifacts(stage: str) -> str:
+    """Return a stage's tables and figures as Markdown."""
+    text = []
+    for name, place in TABLES[stage].items():
+        table = table_of(place)
+        text += [f"### `{name}`", "", f"{_capital(table.row)} (version {table.version}).", ""]
+        text += ["| column | type | unit | meaning |", "|---|---|---|---|"]
+        text += [f"| `{c}` | {a.type} | {a.unit} | {_cell(a.text)} |" for c, a in table.columns.items()]
+        text += [""]
+    figures = getattr(stages.load(stage), "FIGURES", {})
+    if figures:
+        text += ["### Figures", ""] + [f"- `{name}`: {caption}." for name, caption in figures.items()]
+    return "\n".join(text)
+
+
+def help_texts() -> str:
+    """Return what every command prints on ``--help``."""
+    import typer
+    from typer.main import get_command
+
+    from hrcneuro.cli import app
+
+    text = []
+    for words, command in _commands(get_command(app), ()):
+        name = " ".join(("hrcneuro", *words))
+        context = typer.Context(command, info_name=name, terminal_width=100, max_content_width=100)
+        text += [f"## {name}", "", "```text", command.get_help(context).strip(), "```", ""]
+    return "\n".join(text)
+
+
+def _commands(command: Any, words: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    inner = getattr(command, "commands", None)
+    if inner is None:
+        yield words, command
+        return
+    for name, one in inner.items():
+        yield from _commands(one, (*words, name))
+
+
+def _rows(config: Any, prefix: str) -> Iterator[str]:
+    for f in dataclasses.fields(config):
+        value = getattr(config, f.name)
+        if dataclasses.is_dataclass(value):
+            yield from _rows(value, f"{prefix}{f.name}.")
+            continue
+        shared = f.metadata.get("shared")
+        default = f"of the study: `{shared}`" if shared else f"`{_cell(toml_value(plain(value)), code=True)}`"
+        limits = ", ".join(f"`{c}`" for c in f.metadata.get("choices") or () if c)
+        if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
+            limits = f"`{allowed_range(f.name, f.metadata)}`"
+        yield f"| `{prefix}{f.name}` | {default} | {_cell(limits, code=True)} | {_cell(f.metadata['help'])} |"
+
+
+def _cell(text: str, *, code: bool = False) -> str:
+    text = text.replace("|", "\\|")
+    return text if code or "`" in text else text.replace("*", "\\*").replace("<", "\\<")
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _expand(app: Any, page: str, source: list[str]) -> None:
+    makers = {"options": options, "artifacts": artifacts, "help": lambda _: help_texts()}
+    source[0] = _BLOCK.sub(lambda match: makers[match[1]](match[2]), source[0])

@@ -1,0 +1,172 @@
+"""The documentation: the site builds without a warning, every link leads somewhere, the tutorial does what it says."""
+
+import html.parser
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+import urllib.parse
+
+import pytest
+from tiny_study import ROOT
+
+DATA = ROOT.parent / "shared" / "data" / "HRC_neurobased_taskplanning"
+TUTORIAL = ROOT / "docs" / "start" / "tutorial.md"
+
+
+class Page(html.parser.HTMLParser):
+    """The links and anchors of a page."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.anchors = [], set()
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.anchors |= {found[key] for key in ("id", "name") if found.get(key)}
+        self.links += [found[key] for key in ("href", "src") if found.get(key)]
+
+
+@pytest.fixture(scope="module")
+def generated():
+    """The module that makes parts of pages from the code."""
+    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "_ext" / "generated.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_site_builds_strictly_and_no_link_is_broken(tmp_path):
+    pytest.importorskip("sphinx", reason="needs the extra docs")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", tmp_path / "trees"]
+    done = subprocess.run([*command, ROOT / "docs", tmp_path / "site"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pages = {path.resolve(): Page(path) for path in (tmp_path / "site").rglob("*.html")}
+    assert len(pages) > 15
+    broken, outside = [], set()
+    for path, page in pages.items():
+        for link in page.links:
+            parts = urllib.parse.urlsplit(link)
+            if parts.scheme:
+                outside.add(parts.scheme)
+                continue
+            target = (path.parent / urllib.parse.unquote(parts.path)).resolve() if parts.path else path
+            anchor = urllib.parse.unquote(parts.fragment)
+            if not target.exists() or (anchor and target in pages and anchor not in pages[target].anchors):
+                broken.append(f"{path.name}: {link}")
+    assert broken == []
+    assert outside <= {"https", "mailto", "data"}
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "CHANGELOG.md", "README.md"])
+def test_links_of_the_pages_beside_the_site_lead_somewhere(name):
+    text = re.sub(r"```.*?```", "", (ROOT / name).read_text(), flags=re.S)
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", text) if not link.startswith(("http", "mailto:"))]
+    assert [link for link in links if not (ROOT / link.partition("#")[0]).exists()] == []
+
+
+def test_every_option_is_documented(generated):
+    import dataclasses
+
+    from hrcneuro import stages
+
+    for stage in stages.NAMES:
+        page = (ROOT / "docs" / "stages" / f"{stage}.md").read_text()
+        assert f"```{{options}} {stage}\n```" in page
+        assert f"```{{artifacts}} {stage}\n```" in page
+        table = generated.options(stage)
+        assert all(f"| `{f.name}" in table for f in dataclasses.fields(stages.load(stage).Config))
+
+
+def test_the_documented_tables_are_those_that_a_study_writes(generated, smoke):
+    from hrcneuro.io.tables import describe
+
+    written = {}
+    for path in sorted(smoke.glob("cache/*/*/*/*.parquet")):
+        stage, unit = path.parts[-4:-2]
+        place = f"{unit if unit == 'group' else 'sNN'}/{path.name}"
+        if not path.name.startswith("truth_"):
+            written.setdefault(stage, {})[place] = describe(path)
+    optional = {"simulate": {"group/sweep.parquet"}}
+    for stage, tables in generated.TABLES.items():
+        assert set(tables) - optional.get(stage, set()) == set(written[stage])
+        for place, found in written[stage].items():
+            declared = generated.table_of(tables[place])
+            assert (declared.version, declared.row) == (found.version, found.row), place
+            told = {re.sub("weight_.*", "weight", n): (c.unit, c.text) for n, c in declared.columns.items()}
+            real = {re.sub("weight_.*", "weight", n): (c.unit, c.text) for n, c in found.columns.items()}
+            assert {n: u for n, (u, _) in told.items()} == {n: u for n, (u, _) in real.items()}, place
+
+
+def test_help_of_every_command_is_on_the_page(generated):
+    from test_command_line import COMMANDS
+
+    text = generated.help_texts()
+    for words in COMMANDS:
+        assert f"## hrcneuro {' '.join(words)}\n" in text
+
+
+def blocks(part):
+    """Return (language, content) of the fenced blocks of a part of the tutorial."""
+    text = TUTORIAL.read_text()
+    text = next(section for section in re.split(r"^## ", text, flags=re.M) if section.startswith(part))
+    return re.findall(r"^```(\w+)\n(.*?)^```$", text, flags=re.M | re.S)
+
+
+def steps(content):
+    """Return (command, lines that it prints) of a console block."""
+    for step in content.split("$ ")[1:]:
+        command, *lines = step.rstrip("\n").split("\n")
+        yield command, lines
+
+
+def printed(line, text):
+    """Return whether a line of the tutorial was printed; … stands for anything."""
+    pattern = ".*".join(re.escape(piece) for piece in line.rstrip().split("…"))
+    return re.search(f"^{pattern}", text, flags=re.M) is not None
+
+
+@pytest.mark.parametrize("part", ["Install", "Part 1", "Part 2", "Part 3"])
+def test_the_tutorial_does_what_it_says(hrcneuro, tmp_path, part):
+    if part == "Part 2" and not DATA.is_dir():
+        pytest.skip("needs the authors' logs")
+    if part == "Part 3":
+        pytest.importorskip("pybv", reason="needs the extra bids")
+        pytest.importorskip("mne_bids", reason="needs the extra bids")
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    (tmp_path / DATA.name).symlink_to(DATA)
+    folder, typed = tmp_path, 0
+    for language, content in blocks(part):
+        if language == "toml":
+            (folder / "hrcneuro.toml").write_text(content)
+        elif language == "python":
+            command = [sys.executable, "-c", content]
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr
+            assert re.search(r"\d+ % correct; guessing reaches \d+ %", done.stdout)
+        elif language == "console":
+            for command, lines in steps(content):
+                typed += 1
+                name, *arguments = shlex.split(command)
+                if name == "cd":
+                    folder = folder / arguments[0]
+                    continue
+                code, text = enter(hrcneuro, name, arguments, folder)
+                assert (code == 0) == (not any(line.startswith("error:") for line in lines)), f"{command}\n{text}"
+                missing = [line for line in lines if not printed(line, text)]
+                assert missing == [], f"{command}\n{text}"
+    assert typed
+
+
+def enter(hrcneuro, name, arguments, folder):
+    """Run one command of the tutorial; return its exit code and all that it printed."""
+    if name == "python":
+        command = [sys.executable, *arguments]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout + done.stderr
+    assert name == "hrcneuro"
+    # The whole run is the smoke study's, which other tests run.
+    done = hrcneuro(*arguments, *(["--dry-run"] if arguments[0] == "run" else []), cwd=folder)
+    return done.code, done.out + done.err
