@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -115,13 +116,15 @@ class Console:
             table.add_row(unit, *("" if c is None else words.get(c.state, f"[dim]{c.state}[/]") for c in row))
         rich = RichConsole(highlight=False)
         rich.print(table)
-        reasons: dict[str, list[str]] = {}
+        reasons: dict[str, dict[str, None]] = {}
         for item in items:
             for reason in item.why if item.state != "hit" else ():
-                reasons.setdefault(f"{item.stage}: {reason}", []).append(item.unit)
+                # One line for all units: which of them stand on which is plain from the table.
+                reason = re.sub(r"^(inputs: \w+) of \S+ (would run|failed)$", r"\1 \2", reason)
+                reasons.setdefault(f"{item.stage}: {reason}", {})[item.unit] = None
         for reason, units in reasons.items():
             # Whole, for those who search in it.
-            rich.print(f"{reason}  ({_span(units)})", markup=False, soft_wrap=True)
+            rich.print(f"{reason}  ({_span(list(units))})", markup=False, soft_wrap=True)
 
     def finish(self, command: str, items: Iterable[Any], *, also: HrcError | None = None) -> int:
         """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code."""
