@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import os
 import platform
@@ -17,6 +18,7 @@ from hrcneuro import __version__
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.store import Record, Store
 from hrcneuro.config import Settings
+from hrcneuro.errors import HrcError
 from hrcneuro.executors import cores
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)(?:\[(?P<extras>[^\]]*)\])?\s*(?:>=(?P<least>[\d.]+))?")
@@ -25,11 +27,11 @@ _LOW_DISK_GB = 5.0
 _LOW_MEMORY_GB = 3.0
 
 
-def examine(settings: Settings, root: Path) -> dict[str, Any]:
+def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
     """Return what was found, with ``problems`` (something will fail) and ``notes`` (something may).
 
     Args:
-        settings: The configuration of the study, for the devices that it names.
+        settings: Reads the configuration of the study, for the devices that it names.
         root: The folder of the cache; a test entry is published in it and removed.
     """
     view: dict[str, Any] = {"problems": [], "notes": []}
@@ -40,7 +42,11 @@ def examine(settings: Settings, root: Path) -> dict[str, Any]:
     view["memory_gb"] = _memory()
     view["disk_free_gb"] = _free(root)
     view["cache_test"] = _try_cache(root)
-    view["devices"] = _devices(settings)
+    try:
+        view["devices"] = _devices(settings())
+    except HrcError as error:
+        view["devices"] = {}
+        view["problems"].append(error.problem)
     view["problems"] += [f"cache: {name}: {said}" for name, said in view["cache_test"].items() if said != "ok"]
     _judge_room(view)
     return view
@@ -152,6 +158,7 @@ def _try_cache(root: Path) -> dict[str, str]:
         "lock": _lock,
         "rename": _rename,
     }
+    new = not root.exists()
     try:
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".doctor-", dir=root) as folder:
@@ -159,6 +166,10 @@ def _try_cache(root: Path) -> dict[str, str]:
             return {name: _attempt(lambda step=step: step(store)) for name, step in steps.items()}  # type: ignore[misc]
     except OSError as error:
         return {"write, publish": f"{root} cannot be written: {error.strerror}"}
+    finally:
+        # Who only asks wants no folder.
+        with contextlib.suppress(OSError):
+            root.rmdir() if new else None
 
 
 def _attempt(step: Callable[[], None]) -> str:

@@ -17,7 +17,7 @@ def doctor(options: Options) -> int:
     """Print what this machine offers, and what is wrong with it; return 0 where nothing is, else 1."""
     from hrcneuro import doctor as examination
 
-    view = examination.examine(commands.settings(options), Workdir(options.workdir).cache.root)
+    view = examination.examine(lambda: commands.settings(options), Workdir(options.workdir).cache.root)
     code = examination.exit_code(view)
     if options.json:
         print(json.dumps({"command": "doctor", "ok": code == 0, **view}, indent=1))

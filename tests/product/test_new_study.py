@@ -31,7 +31,20 @@ def test_doctor_finds_everything_needed_here(hrcneuro, tmp_path):
     assert view["disk_free_gb"] > 0
     assert view["blas"]
     assert "xdf" in view["extras"]
-    assert list((tmp_path / "cache").iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_doctor_lists_the_mistakes_of_a_configuration_among_the_problems(hrcneuro, tmp_path):
+    (tmp_path / "hrcneuro.toml").write_text("[epok]\n")
+    done = hrcneuro("doctor", cwd=tmp_path)
+    assert done.code == 1
+    assert "did you mean 'epoch'" in done.out
+    assert "lock             ok" in done.out
+
+
+def test_doctor_says_whether_the_arm_answers(hrcneuro, tmp_path):
+    given = ("--set", "robot.backend=ur", "--set", "robot.host=127.0.0.9", "--workdir", tmp_path, "--json")
+    assert hrcneuro("doctor", *given).json["devices"]["arm"].startswith("ur at 127.0.0.9: no answer on port 29999")
 
 
 def test_doctor_names_what_is_wrong_and_exits_1(hrcneuro, tmp_path):
