@@ -133,12 +133,11 @@ class Console:
         if self.as_json:
             told = document(command, items)
             print(json.dumps(told if also is None else {**told, "ok": False, "error": _told(also)}, indent=1))
-        seen = set()
+        alike: dict[tuple[str, str], list[Any]] = {}
         for item in failed:
-            text = str(item.error)
-            if text not in seen:
-                self.error(item.error, item.trace, of=f"{item.stage} of {item.unit}")
-            seen.add(text)
+            alike.setdefault((item.stage, str(item.error)), []).append(item)
+        for (stage, _), group in alike.items():
+            self.error(group[0].error, group[0].trace, of=f"{stage} of {_span([item.unit for item in group])}")
         if also is not None:
             self.error(also)
         counts = Counter(item.state for item in items)
