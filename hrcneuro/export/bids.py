@@ -84,7 +84,8 @@ def write_dataset(folder: Path, *, study: str, source: str) -> None:
         "BIDSVersion": "1.10.0",
         "License": "n/a",
         "Authors": ["n/a"],
-        "ReferencesAndLinks": [_ADDRESS],
+        # A recording of one's own has nothing to do with the paper.
+        **({} if source == "file" else {"ReferencesAndLinks": [_ADDRESS]}),
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
     simulated = "" if source in ("dataset", "file") else f" ({source} data)"

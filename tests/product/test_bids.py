@@ -94,6 +94,39 @@ def test_clean_recordings_epochs_and_averages_open_in_mne(bids, smoke):
     assert len(mne.read_evokeds(f"{stem}_ave.fif", verbose="error")) == len(study.evokeds("s01"))
 
 
+def test_a_foreign_recording_with_odd_channels_breaks_and_names_is_valid_too(hrcneuro, tmp_path):
+    import mne
+
+    names = [*(f"E{i}" for i in range(8)), "Cz", "VEOG", "ECG", "STI", "GSR"]
+    info = mne.create_info(names, 256.0, ["eeg"] * 9 + ["eog", "ecg", "stim", "misc"])
+    raw = mne.io.RawArray(np.random.default_rng(0).normal(scale=1e-5, size=(13, 256 * 30)), info, verbose="error")
+    marks = mne.Annotations(np.arange(2, 26, 1.5), 0.2, ["go", "stop/x"] * 8)
+    marks.append(20.1, 3.0, "BAD muscle")
+    marks.append(28.2, 0, "boundary")
+    raw.set_annotations(marks).set_meas_date(1.6e9)
+    raw.save(tmp_path / "sub_A-1_raw.fif", verbose="error")
+    (tmp_path / "hrcneuro.toml").write_text(
+        '[study]\nname = "my study: β"\nsubjects = ["sub_A-1"]\nexclude = []\nsplit = ""\n'
+        '[acquire]\nsource = "file"\npath = "{subject}_raw.fif"\n'
+        "[conditions]\ngo = \"event == 'go'\"\nstop = \"event == 'stop/x'\"\n"
+        '[contrasts]\n"go-stop" = ["go", "stop"]\n[problems]\ngs = ["go", "stop"]\n'
+    )
+    done = hrcneuro("export", "--bids", "bids", "--raw", cwd=tmp_path)
+    assert done.code == 0, done.err
+    assert verdict(tmp_path / "bids") == ([], 1)
+    eeg = tmp_path / "bids" / "sub-subA1" / "eeg"
+    told = (eeg / "sub-subA1_task-mystudy_events.tsv").read_text()
+    assert [word in told for word in ("stop/x", "BAD muscle", "BAD boundary", "2020")] == [True, True, True, False]
+    assert "10.1371" not in (tmp_path / "bids" / "dataset_description.json").read_text()
+
+
+def test_two_names_with_one_label_are_refused(hrcneuro, tmp_path):
+    given = ("--set", 'study.subjects=["a1", "a_1"]', "--set", "study.exclude=[]", "--workdir", tmp_path)
+    done = hrcneuro("export", "--bids", tmp_path / "bids", *given)
+    assert done.code == 2
+    assert "'a_1' would be 'a1'" in done.err
+
+
 def test_what_was_simulated_says_so_first(bids):
     assert json.loads((bids / "dataset_description.json").read_text())["Name"] == "smoke (synthetic data)"
     assert (bids / "README.md").read_text().splitlines()[2].startswith("SYNTHETIC")
