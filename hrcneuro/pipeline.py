@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures as futures
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
@@ -80,7 +81,9 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
     subjects = list(dict.fromkeys(subjects))
     for subject in subjects:
         if subject not in settings.study.subjects and subject != GROUP:
-            hint = did_you_mean(subject, settings.study.subjects)
+            # s1 is s01, however many letters it shares with s12.
+            same = [s for s in settings.study.subjects if _unpadded(s) == _unpadded(subject)]
+            hint = did_you_mean(subject, same or settings.study.subjects)
             raise ConfigError(
                 f"unknown subject {subject!r}{hint}; the study has {', '.join(settings.study.subjects) or 'none'}",
                 cure="name one of these, or add it to study.subjects",
@@ -99,6 +102,10 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
         if hasattr(stage, "run_group") and (not subjects or GROUP in subjects):
             found.append(Task.of(name, GROUP))
     return found
+
+
+def _unpadded(name: str) -> str:
+    return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
 
 
 def check_stage(name: str) -> None:
