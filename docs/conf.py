@@ -19,6 +19,7 @@ exclude_patterns = ["_ext"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]
 nitpicky = True
+highlight_language = "text"
 suppress_warnings = ["misc.highlighting_failure", "myst.header"]
 
 html_theme = "furo"
