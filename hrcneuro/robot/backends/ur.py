@@ -14,6 +14,7 @@ from hrcneuro.robot.backends.dashboard import check_ready, stop_by_script
 _ACCELERATION = 15.0
 # Inputs must come this often, Hz, or the controller stops the program: a killed driver's arm rests within 0.25 s.
 _WATCHDOG = 10.0
+_GUARD_DECELERATION = 8.0  # rad/s²
 _PATIENCE = 1.0  # s, for a stop to be acknowledged
 
 
@@ -41,9 +42,10 @@ class UrArm:
             )
         self._packet: State | None = None
         self._stamp = -1.0
-        self._moving, self._closed = False, threading.Event()
+        self._moving, self._sent, self._closed = False, clock.now(), threading.Event()
         self._turn = threading.Lock()
         threading.Thread(target=self._keep_awake, daemon=True).start()
+        threading.Thread(target=self._guard, daemon=True).start()
 
     def align(self) -> None:
         """Return just after a packet has come: a loop that begins now reads fresh packets."""
@@ -75,10 +77,23 @@ class UrArm:
         return packet
 
     def speed(self, qd: list[float]) -> None:
-        """Command joint velocities, six, rad/s."""
+        """Command joint velocities, six, rad/s.
+
+        Raises:
+            HardwareError: The command did not leave at once. ur_rtde reconnects by itself, without the watchdog, and
+                would then move the arm on: an interrupted move must stay one.
+        """
         with self._turn:
-            self._moving = any(qd)
-            self._control.speedJ(qd, _ACCELERATION, PERIOD)
+            begin = self._clock.now()
+            late = self._moving and begin - self._sent > 1 / _WATCHDOG
+            self._moving, self._sent = any(qd), begin
+            taken = not late and self._control.speedJ(qd, _ACCELERATION, PERIOD)
+            if not taken or self._clock.now() - begin > 1 / _WATCHDOG:
+                self._closed.set()
+                raise HardwareError(
+                    f"the connection to the robot at {self._host} was interrupted in mid-move; the arm was stopped",
+                    cure="check the cable and what else loads this machine, then start the session again",
+                )
 
     def stop(self, deceleration: float) -> None:
         """Bring the arm to rest; where ur_rtde's program does not answer, by a program of its own."""
@@ -104,6 +119,15 @@ class UrArm:
             with self._turn:
                 if not self._moving and not self._closed.is_set():
                     self._control.kickWatchdog()
+
+    def _guard(self) -> None:
+        # A cut connection makes ur_rtde wait inside speedJ, reconnect and upload its program anew, which reads the last
+        # command from the robot's registers and has no watchdog yet. Whoever waits in speedJ cannot stop that.
+        while not self._closed.wait(0.02):
+            if self._moving and self._clock.now() - self._sent > 1 / _WATCHDOG:
+                self._closed.set()
+                self._finishes(self._control.disconnect)
+                stop_by_script(self._host, _GUARD_DECELERATION)
 
     def _finishes(self, call: Any, *arguments: Any) -> bool:
         # ur_rtde waits minutes for a controller that has gone silent; nobody here may.
