@@ -49,7 +49,7 @@ def test_nothing_is_visible_before_publish_and_nothing_stays_after_a_failure(sto
         (lambda f: (f / RECORD).write_text("[]"), "record.json"),
         (lambda f: (f / RECORD).write_text("null"), "record.json"),
         (lambda f: (f / RECORD).write_bytes(b"\xff\x00"), "record.json"),
-        (lambda f: (f / RECORD).write_text((f / RECORD).read_text().replace("\"n\": 3", "\"n\": 4")), "altered"),
+        (lambda f: (f / RECORD).write_text((f / RECORD).read_text().replace('"n": 3', '"n": 4')), "altered"),
         (lambda f: (f / "data.bin").unlink(), "data.bin is missing"),
         (lambda f: (f / "data.bin").write_bytes(b"sig"), "3 bytes instead of 6"),
     ],
