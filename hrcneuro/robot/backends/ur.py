@@ -126,6 +126,7 @@ class UrArm:
         while not self._closed.wait(0.02):
             if self._moving and self._clock.now() - self._sent > 1 / _WATCHDOG:
                 self._closed.set()
+                stop_by_script(self._host, _GUARD_DECELERATION)
                 self._finishes(self._control.disconnect)
                 stop_by_script(self._host, _GUARD_DECELERATION)
 
