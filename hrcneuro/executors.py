@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, Protocol
@@ -64,6 +65,8 @@ class Processes:
     """
 
     def __init__(self, workers: int) -> None:
+        # Python's tracker unblocks the interrupt in the thread that starts it; a worker started there would inherit that.
+        resource_tracker.ensure_running()
         self._threads = futures.ThreadPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
         self._own = threading.local()
         self._workers: list[_Worker] = []
@@ -177,12 +180,13 @@ def _leave_interrupts_to_the_parent() -> None:
 
 
 def _serve(pipe: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end_cleanly)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     while True:
         try:
             call, args = pipe.recv()
-        except EOFError:
+        except (EOFError, OSError):
             return
         try:
             answer = (True, call(*args))
@@ -190,6 +194,9 @@ def _serve(pipe: Connection) -> None:
             answer = (False, error)
         try:
             pipe.send(answer)
+        except OSError:
+            # The parent is gone: nobody waits for the answer.
+            return
         except Exception as error:
             pipe.send((False, RuntimeError(f"the answer cannot travel between processes: {error}")))
 
