@@ -65,7 +65,7 @@ class Processes:
     """
 
     def __init__(self, workers: int) -> None:
-        # Python's tracker unblocks the interrupt in the thread that starts it, and a worker started there inherits that.
+        # The resource tracker unblocks the interrupt in the thread that starts it; workers started there inherit that.
         resource_tracker.ensure_running()
         self._threads = futures.ThreadPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
         self._own = threading.local()
