@@ -9,4 +9,4 @@ command = [str(Path(sys.executable).with_name("hrcneuro")), "run", "pipelines/sm
 items = json.loads(subprocess.run([*command, "--json"], stdout=subprocess.PIPE, check=True).stdout)["items"]
 again = [f"{i['stage']} {i['unit']}: {i['state']}" for i in items if i["state"] != "hit"]
 print(f"second run: {len(items) - len(again)} of {len(items)} units from the cache")
-sys.exit("\n".join(again))
+sys.exit("\n".join(again) or 0)
