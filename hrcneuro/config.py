@@ -12,21 +12,8 @@ from typing import Any
 from hrcneuro import stages
 from hrcneuro.coercion import Reader
 from hrcneuro.contract import option
+from hrcneuro.design import CONDITIONS, CONTRASTS, PROBLEMS
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-
-_CASES = ("HH", "HR", "RR", "RH")
-
-CONDITIONS = {
-    **{f"{case}_before": f"condition_before == '{case}'" for case in _CASES},
-    **{f"{case}_after": f"condition_after == '{case}'" for case in _CASES},
-    **{f"{case}_after_ok": f"condition_after == '{case}' and not error" for case in _CASES},
-}
-CONTRASTS = {
-    f"{plus}-{minus}_{position}": (f"{plus}_{position}", f"{minus}_{position}")
-    for position in ("before", "after", "after_ok")
-    for plus, minus in (("HR", "HH"), ("RH", "RR"))
-}
-PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe
+from hrcneuro.design import CONDITIONS, PROBLEMS
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
 if TYPE_CHECKING:
@@ -25,8 +26,7 @@ FIGURES = {
     "decoding.png": "Balanced accuracy of every subject with its 95 % interval, the group's mean and the published one"
 }
 
-_CONDITIONS = {f"{case}_before": f"condition_before == '{case}'" for case in ("HH", "HR", "RR", "RH")}
-_PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}
+_CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Config:
         _CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
     )
     problems: dict[str, tuple[str, ...]] = option(
-        _PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]", shared="problems"
+        PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]", shared="problems"
     )
     split: str = option("scenario", "trial column whose values are decoded apart; empty for none", shared="split")
     decoders: tuple[str, ...] = option(

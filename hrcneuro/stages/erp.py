@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import design
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.stages import contrast_strata, group_contrasts
@@ -38,10 +39,10 @@ class Config:
     """Baseline, test and figure."""
 
     conditions: dict[str, str] = option(
-        group_contrasts.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
+        design.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
     )
     contrasts: dict[str, tuple[str, ...]] = option(
-        group_contrasts.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
+        design.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
     )
     split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
     baseline_s: tuple[float, ...] = option(

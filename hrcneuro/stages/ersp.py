@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import design
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError
 from hrcneuro.stages import contrast_strata, group_contrasts
@@ -36,10 +37,10 @@ class Config:
     """Wavelets, test and figure."""
 
     conditions: dict[str, str] = option(
-        group_contrasts.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
+        design.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
     )
     contrasts: dict[str, tuple[str, ...]] = option(
-        group_contrasts.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
+        design.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
     )
     split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
     low_hz: float = option(2.0, "lowest frequency", unit="Hz", low=0, open_low=True)

@@ -18,18 +18,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.eeg.contrasts import Contrast
 
-CASES = ("HH", "HR", "RR", "RH")
-CONDITIONS = {
-    **{f"{case}_before": f"condition_before == '{case}'" for case in CASES},
-    **{f"{case}_after": f"condition_after == '{case}'" for case in CASES},
-    **{f"{case}_after_ok": f"condition_after == '{case}' and not error" for case in CASES},
-}
-CONTRASTS = {
-    f"{plus}-{minus}_{position}": (f"{plus}_{position}", f"{minus}_{position}")
-    for position in ("before", "after", "after_ok")
-    for plus, minus in (("HR", "HH"), ("RH", "RR"))
-}
-
 Averages = Mapping[tuple[str, str], "NDArray[np.floating]"]
 """(scenario, condition) -> a subject's map."""
 

@@ -1,0 +1,14 @@
+"""The study's design (paper Table 1): conditions, contrasts and decoding problems, as the defaults of every stage."""
+
+CASES = ("HH", "HR", "RR", "RH")
+CONDITIONS = {
+    **{f"{case}_before": f"condition_before == '{case}'" for case in CASES},
+    **{f"{case}_after": f"condition_after == '{case}'" for case in CASES},
+    **{f"{case}_after_ok": f"condition_after == '{case}' and not error" for case in CASES},
+}
+CONTRASTS = {
+    f"{plus}-{minus}_{position}": (f"{plus}_{position}", f"{minus}_{position}")
+    for position in ("before", "after", "after_ok")
+    for plus, minus in (("HR", "HH"), ("RH", "RR"))
+}
+PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}
