@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 from hrcneuro.eeg.permutation import FlipTest
 
 Floats = NDArray[np.float64]
+
+Averages = Mapping[tuple[str, str], NDArray[np.floating]]
+"""(scenario, condition) -> a subject's map."""
 
 # Nobody's brain gives such a t; the noncentral distribution becomes slow to invert beyond.
 _LARGEST = 1e3
@@ -29,6 +33,18 @@ class Contrast:
     dz: Floats
     dz_low: Floats
     dz_high: Floats
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A contrast over subjects in one scenario."""
+
+    scenario: str
+    name: str
+    plus: str
+    minus: str
+    units: tuple[str, ...]
+    result: Contrast
 
 
 def summarise(differences: Floats, test: FlipTest | None, *, confidence: float = 0.95) -> Contrast:

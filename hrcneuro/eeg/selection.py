@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from hrcneuro.errors import ConfigError, did_you_mean
+
+if TYPE_CHECKING:
+    import mne
 
 ALL = "all"
 """The scenario that holds every trial."""
@@ -32,6 +36,17 @@ class Cell:
     def label(self) -> str:
         """The cell's name in files: ``all/RH_before``."""
         return f"{self.scenario}/{self.condition}"
+
+
+@dataclass(frozen=True)
+class Trials:
+    """A subject's epochs in microvolt, shape (trials, channels, samples), with the trial table."""
+
+    data: NDArray[np.float64]
+    onsets: NDArray[np.integer]  # samples in the continuous recording
+    times: NDArray[np.float64]
+    info: mne.Info
+    table: pd.DataFrame
 
 
 def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "") -> list[Cell]:
@@ -91,6 +106,12 @@ def strata(
                     if min(part.n for part in parts) >= at_least:
                         made |= {part.label: part for part in parts}
     return sorted(made.values(), key=lambda cell: cell.scenario)
+
+
+def split_label(scenario: str) -> tuple[str, str | None]:
+    """Return the scenario and the stratum of a stratum's label: ``iC, prev_error yes``."""
+    plain, _, stratum = scenario.partition(", ")
+    return plain, stratum or None
 
 
 def _level(value: object) -> str:

@@ -12,9 +12,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE
 from hrcneuro.report.maps import Tested
 from hrcneuro.report.results import Results
-from hrcneuro.stages.figure_style import COLOURS, CONTINUATION, GREY, STYLE
 
 TITLES = {"HR": "robot takes over from human", "RH": "human takes over from robot"}
 _HUES = {"HR": COLOURS[0], "RH": COLOURS[1]}

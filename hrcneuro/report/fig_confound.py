@@ -8,8 +8,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hrcneuro.figures.style import GREY, STYLE
 from hrcneuro.report.results import Results
-from hrcneuro.stages.figure_style import GREY, STYLE
 
 _PLAIN, _STRATUM, _FREE = "#222222", "#b0246a", "#b36b00"
 # Column of the subjects' scores -> label, colour, stratum; a gap before each block.

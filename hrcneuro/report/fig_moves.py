@@ -8,9 +8,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hrcneuro.figures.style import COLOURS, GREY, STYLE
 from hrcneuro.report.measured_moves import TRIAL_MS
 from hrcneuro.report.results import Results
-from hrcneuro.stages.figure_style import COLOURS, GREY, STYLE
 
 
 def draw(results: Results) -> Figure | None:

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE
 from hrcneuro.report.results import Results
-from hrcneuro.stages.figure_style import COLOURS, CONTINUATION, GREY, STYLE
 
 Floats = NDArray[np.float64]
 # So much of the middle of a recording tells its spectrum and holds two dozen blinks.

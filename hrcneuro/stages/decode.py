@@ -91,7 +91,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
     from hrcneuro.io.fif import read_epochs
-    from hrcneuro.stages.decode_tables import SubjectTables
+    from hrcneuro.tables.decode import SubjectTables
 
     epochs = read_epochs(inputs.path("epoch", "{unit}_epo.fif"))
     if epochs.metadata is None:
@@ -131,8 +131,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     import numpy as np
     import pandas as pd
 
+    from hrcneuro.analyses import decode_group
     from hrcneuro.io.tables import read_table
-    from hrcneuro.stages import decode_group
 
     scores = pd.concat(
         [

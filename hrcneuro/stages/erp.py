@@ -7,16 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import design
+from hrcneuro.analyses import contrasts as group_contrasts
+from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.stages import contrast_strata, group_contrasts
 
 if TYPE_CHECKING:
     import mne
     import numpy as np
     from numpy.typing import NDArray
 
-    from hrcneuro.eeg.selection import Cell
+    from hrcneuro.eeg.selection import Cell, Trials
 
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
 
@@ -86,9 +87,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     from hrcneuro.eeg.evoked import averages
     from hrcneuro.eeg.selection import nearest_channel, shortest_gap_s
+    from hrcneuro.figures import erp as erp_figures
+    from hrcneuro.figures import erp_panels
     from hrcneuro.io.fif import write_evokeds
     from hrcneuro.io.tables import write_table
-    from hrcneuro.stages import contrast_tables, erp_figures, erp_panels
+    from hrcneuro.tables import contrasts as contrast_tables
 
     trials = group_contrasts.read_trials(inputs)
     cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
@@ -131,7 +134,9 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Average over subjects, test the contrasts, and draw the paper's Figs 2 and 3."""
     from hrcneuro.eeg.selection import ALL, nearest_channel
-    from hrcneuro.stages import contrast_tables, erp_figures, erp_panels
+    from hrcneuro.figures import erp as erp_figures
+    from hrcneuro.figures import erp_panels
+    from hrcneuro.tables import contrasts as contrast_tables
 
     averages, times, info, gap = _read_group(inputs)
     names = info["ch_names"]
@@ -173,7 +178,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 
 def _averages(
-    trials: group_contrasts.Trials, masks: list[NDArray[np.bool_]], config: Config
+    trials: Trials, masks: list[NDArray[np.bool_]], config: Config
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the average of each cell, and the epochs with their baseline subtracted."""
     import numpy as np
@@ -197,9 +202,7 @@ def _averages(
     return evoked.subtract_baseline(means, trials.times, (start, stop)), data
 
 
-def _evokeds(
-    trials: group_contrasts.Trials, cells: list[Cell], means: NDArray[np.float64], config: Config
-) -> list[mne.Evoked]:
+def _evokeds(trials: Trials, cells: list[Cell], means: NDArray[np.float64], config: Config) -> list[mne.Evoked]:
     import mne
 
     start, stop = config.baseline_s

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import design
+from hrcneuro.analyses import contrasts as group_contrasts
+from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import ConfigError
-from hrcneuro.stages import contrast_strata, group_contrasts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,8 +84,9 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     from hrcneuro.eeg.morlet_means import mean_magnitudes
     from hrcneuro.eeg.selection import shortest_gap_s
+    from hrcneuro.figures import ersp as ersp_figures
     from hrcneuro.io.tables import write_table
-    from hrcneuro.stages import contrast_tables, ersp_figures
+    from hrcneuro.tables import contrasts as contrast_tables
 
     trials = group_contrasts.read_trials(inputs)
     cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
@@ -121,7 +123,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Average over subjects, test the contrasts, and draw the lower halves of the paper's Figs 2 and 3."""
     from hrcneuro.eeg.selection import ALL
-    from hrcneuro.stages import contrast_tables, ersp_figures
+    from hrcneuro.figures import ersp as ersp_figures
+    from hrcneuro.tables import contrasts as contrast_tables
 
     averages, axes, gap = _read_group(inputs)
     pairs = group_contrasts.in_order((pair for maps in averages.values() for pair in maps), config.conditions)
@@ -176,7 +179,7 @@ def _read_group(
     inputs: Inputs,
 ) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float32]]], dict[str, Any], float]:
     """Return subject -> maps on the channels that all have, their axes, and the shortest gap."""
-    from hrcneuro.stages.contrast_tables import read_magnitudes
+    from hrcneuro.tables.contrasts import read_magnitudes
 
     found = {u: read_magnitudes(inputs.path("ersp", "ersp.parquet", unit=u)) for u in inputs.units("ersp")}
     first_unit, (_, first, _) = next(iter(found.items()))
@@ -192,7 +195,7 @@ def _read_group(
 
 def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, str], NDArray[np.float32]]]:
     """Return subject -> maps within strata on these channels; subjects without any are left out."""
-    from hrcneuro.stages.contrast_tables import read_magnitudes
+    from hrcneuro.tables.contrasts import read_magnitudes
 
     found = {}
     for unit in inputs.units("ersp"):

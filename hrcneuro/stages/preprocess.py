@@ -76,8 +76,9 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from contextlib import ExitStack
 
     from hrcneuro.eeg.cleaning import clean
+    from hrcneuro.figures import quality as quality_figure
     from hrcneuro.io.fif import read_raw, write_raw
-    from hrcneuro.stages import preprocess_files as files
+    from hrcneuro.tables import quality as files
 
     raw = read_raw(inputs.path("acquire", "{unit}_raw.fif"))
     signals = _signals(raw, config)
@@ -89,7 +90,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             keep.describe(signals, cleaned, _taps(config, raw.info["sfreq"]))
     files.write_quality(cleaned, signals, out)
     files.write_timing(cleaned, n_source, out)
-    files.draw_quality(cleaned, signals, config.threshold, out / "quality.png")
+    quality_figure.draw(cleaned, signals, config.threshold, out / "quality.png")
     write_raw(_clean_raw(raw, cleaned, config), out / f"{inputs.unit}_clean_raw.fif")
     return _summary(raw, signals, cleaned, config)
 

@@ -137,22 +137,23 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 
 def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dict[str, Any]:
+    from hrcneuro.figures import robot as robot_figures
     from hrcneuro.io.tables import write_table
     from hrcneuro.robot.measure import measure_moves, timing, tip
-    from hrcneuro.stages import _robot_figures, _robot_tables
+    from hrcneuro.tables import robot as robot_tables
 
     telemetry = loop.record.telemetry()
     tool_tip = tip(telemetry, tool=workspace.cell.tool)
     figures = measure_moves(done, telemetry, tool_tip, workspace)
-    table = _robot_tables.moves(done, figures)
+    table = robot_tables.moves(done, figures)
     spread = timing(telemetry, table["trigger_latency_ms"].to_numpy(float), table["behind_log_ms"].to_numpy(float))
-    write_table(_robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", _robot_tables.TELEMETRY)
-    write_table(table, out / "moves.parquet", _robot_tables.MOVES)
-    write_table(_robot_tables.timing(spread), out / "timing.parquet", _robot_tables.TIMING)
-    _robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png")
-    _robot_figures.timing(telemetry, table, spread, out / "timing.png")
-    _robot_figures.reach(workspace, out / "reach.png")
-    return _robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
+    write_table(robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", robot_tables.TELEMETRY)
+    write_table(table, out / "moves.parquet", robot_tables.MOVES)
+    write_table(robot_tables.timing(spread), out / "timing.parquet", robot_tables.TIMING)
+    robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png")
+    robot_figures.timing(telemetry, table, spread, out / "timing.png")
+    robot_figures.reach(workspace, out / "reach.png")
+    return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
 
 
 def _loop(config: Config, workspace: Workspace) -> Loop:

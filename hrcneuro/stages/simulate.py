@@ -13,10 +13,10 @@ from hrcneuro.errors import did_you_mean
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hrcneuro.analyses.empirical import Empirical
     from hrcneuro.learning.learner import Make
     from hrcneuro.learning.simulations import Curve, Variant
     from hrcneuro.learning.task import Task
-    from hrcneuro.stages.simulate_decoders import Empirical
 
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib")
 INPUTS: Patterns = {}
@@ -161,7 +161,7 @@ def parts(config: Config) -> tuple[str, ...]:
 
 def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Run one part of the sweep; write its ``sweep.parquet``."""
-    from hrcneuro.stages import simulate_sweep
+    from hrcneuro.analyses import sweep as simulate_sweep
 
     units = parts(config)
     table = simulate_sweep.part_table(config, units.index(inputs.unit), len(units))
@@ -171,10 +171,13 @@ def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Run SIM1-4, compare learners, show the confound, sweep where asked to; write tables and figures."""
+    from hrcneuro.analyses import beyond as simulate_beyond
+    from hrcneuro.analyses import sweep as simulate_sweep
+    from hrcneuro.analyses.empirical import empirical
+    from hrcneuro.figures import simulate as simulate_figures
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.simulations import run_curves
-    from hrcneuro.stages import simulate_beyond, simulate_figures, simulate_sweep, simulate_tables
-    from hrcneuro.stages.simulate_decoders import empirical
+    from hrcneuro.tables import simulate as simulate_tables
 
     heard = empirical(config, inputs)
     variants = _variants(config, heard)

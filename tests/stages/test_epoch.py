@@ -14,7 +14,7 @@ from hrcneuro.io.tables import describe, read_table, write_table
 from hrcneuro.sources.trials import TRIALS
 from hrcneuro.stages import epoch
 from hrcneuro.stages.epoch import Config
-from hrcneuro.stages.preprocess_files import TIMING
+from hrcneuro.tables.quality import TIMING
 
 # MNE itself sets an index in place when it reads metadata, which pandas 3 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")

@@ -11,9 +11,10 @@ from epoch_factory import CHANNELS, trial_table, write_subject
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.evoked import subtract_baseline, within
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.figures import erp as erp_figures
 from hrcneuro.io.fif import read_evokeds, write_epochs
 from hrcneuro.io.tables import describe, read_lists, read_table
-from hrcneuro.stages import erp, erp_figures
+from hrcneuro.stages import erp
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 

@@ -9,8 +9,9 @@ from epoch_factory import CHANNELS, write_subject
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.morlet import Wavelets, linear_cycles, magnitudes
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.figures import ersp as ersp_figures
 from hrcneuro.io.tables import read_lists, read_table
-from hrcneuro.stages import ersp, ersp_figures
+from hrcneuro.stages import ersp
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 
@@ -153,7 +154,7 @@ def test_frequencies_above_nyquist_are_refused(tmp_path):
 def test_an_incomplete_table_is_refused(tmp_path):
     _, out, _ = run(tmp_path)
     from hrcneuro.io.tables import write_table
-    from hrcneuro.stages.contrast_tables import ERSP_SUBJECT
+    from hrcneuro.tables.contrasts import ERSP_SUBJECT
 
     table = read_table(out / "ersp.parquet").iloc[:-1]
     write_table(table, out / "ersp.parquet", ERSP_SUBJECT)

@@ -14,12 +14,14 @@ import pytest
 
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError, HardwareError
+from hrcneuro.figures import robot as robot_figures
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.sim import Fault, SimArm
 from hrcneuro.sources.trials import TRIALS, study_trials
-from hrcneuro.stages import _robot_figures, _robot_tables, robot
+from hrcneuro.stages import robot
+from hrcneuro.tables import robot as robot_tables
 
 
 @pytest.fixture(scope="module")
@@ -95,9 +97,9 @@ def test_telemetry_is_even_and_complete(whole):
 def test_the_tables_carry_their_schema(whole):
     _, out = whole
     for name, table in (
-        ("telemetry", _robot_tables.TELEMETRY),
-        ("moves", _robot_tables.MOVES),
-        ("timing", _robot_tables.TIMING),
+        ("telemetry", robot_tables.TELEMETRY),
+        ("moves", robot_tables.MOVES),
+        ("timing", robot_tables.TIMING),
     ):
         found = describe(out / f"{name}.parquet")
         assert list(found.columns) == list(table.columns)
@@ -124,7 +126,7 @@ def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):
 @pytest.fixture
 def no_figures(monkeypatch):
     for name in ("robot", "timing", "reach"):
-        monkeypatch.setattr(_robot_figures, name, lambda *_: None)
+        monkeypatch.setattr(robot_figures, name, lambda *_: None)
 
 
 def test_blocks_episodes_and_practice_are_chosen(inputs, tmp_path, trials, no_figures):

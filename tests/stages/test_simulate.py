@@ -142,7 +142,7 @@ def test_the_module_is_light():
 
 
 def test_the_wide_sweep_is_large_and_allowed():
-    from hrcneuro.stages.simulate_sweep import cells
+    from hrcneuro.analyses.sweep import cells
 
     config = dataclasses.replace(SMALL, sweep=simulate.WIDE_SWEEP)
     assert simulate.check(config) == []
@@ -152,7 +152,7 @@ def test_the_wide_sweep_is_large_and_allowed():
 def test_a_sweep_does_not_depend_on_how_it_is_cut(tmp_path):
     import pandas as pd
 
-    from hrcneuro.stages.simulate_sweep import part_table
+    from hrcneuro.analyses.sweep import part_table
 
     config = dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 80.0), "subtasks": (2.0, 4.0)}, sweep_repetitions=20)
     whole = part_table(config, 0, 1)
@@ -194,7 +194,7 @@ RATES = {"s01": (52.0, 50.0, 55.0, 53.0), "s02": (54.0, 56.0, 65.0, 67.0)}  # HH
 def _decoded(folder, rates, *, scenario="iC", problems=("HHvsHR", "RRvsRH")):
     """Write decode artifacts of one subject that score ``rates``, with the decode stage's own schemas."""
     from hrcneuro.io.tables import write_table
-    from hrcneuro.stages.decode_tables import PREDICTIONS, SCORES
+    from hrcneuro.tables.decode import PREDICTIONS, SCORES
 
     folder.mkdir(parents=True)
     rng = np.random.default_rng(7)
@@ -244,7 +244,7 @@ def test_this_runs_decoding_closes_the_chain(tmp_path, rates):
 
 
 def test_mean_rates_of_the_run_are_used(tmp_path):
-    from hrcneuro.stages.simulate_decoders import empirical
+    from hrcneuro.analyses.empirical import empirical
 
     inputs = Inputs.of("group", decode={unit: _decoded(tmp_path / unit, r) for unit, r in RATES.items()})
     for rates in ("decode", "replay"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,9 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 
+from hrcneuro.figures.simulate import EMPIRICAL, GREY, STYLE, save
 from hrcneuro.learning.compare import Comparison, paired
 from hrcneuro.learning.simulations import Curve, Variant
-from hrcneuro.stages.simulate_figures import EMPIRICAL, GREY, STYLE, save
-
-if TYPE_CHECKING:
-    from hrcneuro.stages.simulate import Config
 
 _NAMES = {
     "paper": "Eq 3–6 (paper)",
@@ -118,7 +115,7 @@ def confound(variants: Sequence[Variant], curves: Sequence[Curve], path: Path) -
         save(figure, path)
 
 
-def sweep(slices: Sequence[tuple[str, pd.DataFrame]], config: Config, path: Path) -> None:
+def sweep(slices: Sequence[tuple[str, pd.DataFrame]], config: Any, path: Path) -> None:
     """Draw minutes to 80 % over decoder accuracy, one panel for every other axis that varies.
 
     Where tasks change, the first time at 80 % says little: that panel shows the accuracy at the end instead.

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd
 
+    from hrcneuro.eeg.contrasts import Tested
     from hrcneuro.eeg.selection import Cell
-    from hrcneuro.stages.group_contrasts import Tested
 
 COLUMNS = ("prev_error", "turn")
 PATTERNS = ("*_before",)
@@ -52,15 +52,9 @@ def cells(table: pd.DataFrame, found: list[Cell], config: Any) -> tuple[list[Cel
     return made, [f"no strata of {', '.join(lacking)}: no such column, or no value in it"] if lacking else []
 
 
-def split_label(scenario: str) -> tuple[str, str | None]:
-    """Return the scenario and the stratum of a stratum's label: ``iC, prev_error yes``."""
-    plain, _, stratum = scenario.partition(", ")
-    return plain, stratum or None
-
-
 def summary(tested: Iterable[Tested], axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
     """Return stratum -> contrast -> the contrast as JSON, as :func:`.group_contrasts.contrast_summary`."""
-    from hrcneuro.stages.group_contrasts import contrast_summary
+    from hrcneuro.analyses.contrasts import contrast_summary
 
     found: dict[str, Any] = {}
     for one in tested:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,9 +14,6 @@ from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.io.tables import read_table
 from hrcneuro.learning.decoder import CoinFlips, Decoder, Rates
 from hrcneuro.learning.replay import Held, Replay, Session, mean_rates
-
-if TYPE_CHECKING:
-    from hrcneuro.stages.simulate import Config
 
 
 @dataclass(frozen=True)
@@ -28,7 +25,7 @@ class Empirical:
     subjects: dict[str, Decoder] = field(default_factory=dict)
 
 
-def empirical(config: Config, inputs: Inputs) -> Empirical:
+def empirical(config: Any, inputs: Inputs) -> Empirical:
     """Return the decoder that ``rates`` asks for.
 
     Raises:
@@ -54,7 +51,7 @@ def empirical(config: Config, inputs: Inputs) -> Empirical:
     return Empirical(Replay(every), mean_rates(every), {unit: Replay(some) for unit, some in sessions.items()})
 
 
-def _rates(config: Config, inputs: Inputs, unit: str) -> Rates:
+def _rates(config: Any, inputs: Inputs, unit: str) -> Rates:
     table = read_table(inputs.path("decode", "scores.parquet", unit=unit))
     values: dict[str, tuple[float, float]] = {}
     for problem in (config.after_human, config.after_robot):
@@ -69,13 +66,13 @@ def _rates(config: Config, inputs: Inputs, unit: str) -> Rates:
     return Rates(tnr_hh=hh, tpr_hr=hr, tnr_rr=rr, tpr_rh=rh)
 
 
-def _sessions(config: Config, inputs: Inputs, unit: str) -> list[Session]:
+def _sessions(config: Any, inputs: Inputs, unit: str) -> list[Session]:
     table = read_table(inputs.path("decode", "predictions.parquet", unit=unit))
     human, robot = (_held(config, table, problem, unit) for problem in (config.after_human, config.after_robot))
     return [Session(after_robot=robot[r], after_human=human[r]) for r in sorted(robot.keys() & human.keys())]
 
 
-def _held(config: Config, table: pd.DataFrame, problem: str, unit: str) -> dict[int, Held]:
+def _held(config: Any, table: pd.DataFrame, problem: str, unit: str) -> dict[int, Held]:
     """Return repeat -> its held-out trials in recorded order."""
     rows = _only(table, config, problem, unit).sort_values(["repeat", "epoch"], kind="stable")
     if rows["label"].nunique() < 2:
@@ -90,7 +87,7 @@ def _held(config: Config, table: pd.DataFrame, problem: str, unit: str) -> dict[
     return found
 
 
-def _only(table: pd.DataFrame, config: Config, problem: str, unit: str) -> pd.DataFrame:
+def _only(table: pd.DataFrame, config: Any, problem: str, unit: str) -> pd.DataFrame:
     """Return the rows of one scenario, problem and decoder."""
     wanted: list[tuple[str, str, Callable[[pd.DataFrame], str]]] = [
         ("scenario", "scenario", lambda _: config.scenario),

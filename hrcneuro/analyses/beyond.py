@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from hrcneuro.figures import beyond as simulate_beyond_figures
 from hrcneuro.io.tables import Column, Table, write_table
 from hrcneuro.learning.analytic import expected_together
 from hrcneuro.learning.compare import Comparison, compare, paired
@@ -19,12 +20,10 @@ from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.simulations import Curve, Variant, run_curves
 from hrcneuro.learning.task import Task
-from hrcneuro.stages import simulate_beyond_figures
-from hrcneuro.stages.simulate_tables import CURVES, curve_rows
+from hrcneuro.tables.simulate import CURVES, curve_rows
 
 if TYPE_CHECKING:
-    from hrcneuro.stages.simulate import Config
-    from hrcneuro.stages.simulate_decoders import Empirical
+    from hrcneuro.analyses.empirical import Empirical
 
 Expected = dict[tuple[str, str], np.ndarray]
 
@@ -67,7 +66,7 @@ CONFOUND = Table(
 )
 
 
-def expected(variants: Sequence[Variant], config: Config) -> Expected:
+def expected(variants: Sequence[Variant], config: Any) -> Expected:
     """Return the analytic curve of every variant that has one: coin flips, and an assignment that stays."""
     known = {
         (v.simulation, v.name): (v.task, v.decoder.rates)
@@ -95,7 +94,7 @@ def analytic_table(
     return {"analytic.parquet": (ANALYTIC, rows[list(ANALYTIC.columns)].reset_index(drop=True))}
 
 
-def write(variants: Sequence[Variant], heard: Empirical, task: Task, config: Config, out: Path) -> None:
+def write(variants: Sequence[Variant], heard: Empirical, task: Task, config: Any, out: Path) -> None:
     """Write what goes beyond the paper, as far as the configuration asks for it."""
     if config.learner_repetitions:
         chosen = [v for v in variants if v.name.endswith("emp") or v.simulation in ("SIM2", "SIM3")]

@@ -10,11 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hrcneuro.eeg.selection import Cell, shortest_gap_s
+from hrcneuro.eeg.contrasts import Tested
+from hrcneuro.eeg.selection import Cell, shortest_gap_s, split_label
 from hrcneuro.errors import DataError
 from hrcneuro.io.tables import Column, Table, read_lists, read_table, write_table
-from hrcneuro.stages.contrast_strata import split_label
-from hrcneuro.stages.group_contrasts import Tested
 
 if TYPE_CHECKING:
     import mne

@@ -15,7 +15,6 @@ from hrcneuro.io.tables import Column, Table, write_table
 if TYPE_CHECKING:
     from hrcneuro.eeg.cleaning import Cleaned, Signals
 
-_BAD, _GOOD = "#c44e52", "#4c72b0"
 _WEIGHT = "weight_"
 
 
@@ -112,58 +111,3 @@ class Steps:
         self.add("rejected", np.array([bool(why) for why in cleaned.reason]))
         if taps is not None:
             self.add("taps", taps)
-
-
-def draw_quality(cleaned: Cleaned, signals: Signals, threshold: float, path: Path) -> None:
-    """Draw, a row a channel: normalised kurtosis with its limits, regression weights, RMS before and after."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    names = signals.eeg_names
-    rows = np.arange(len(names))
-    bad = np.array([bool(why) for why in cleaned.reason])
-    height = max(3.0, 1.2 + 0.2 * len(names))
-    figure = Figure(figsize=(11, height))
-    FigureCanvasAgg(figure)
-    # Margins in inches: a layout engine would draw everything twice.
-    figure.subplots_adjust(left=0.06, right=0.99, bottom=0.7 / height, top=1 - 0.35 / height, wspace=0.16)
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1.2, 2))
-    _draw_kurtosis(left, cleaned, rows, bad, threshold)
-    _draw_weights(middle, cleaned, signals.eog_names)
-    right.barh(rows - 0.2, cleaned.rms_before, 0.4, color="0.7")
-    right.barh(rows + 0.2, np.nan_to_num(cleaned.rms_after), 0.4, color="0.3")
-    right.set_xlabel("RMS (µV)")
-    right.set_title("band-passed (light), clean (dark)")
-    left.set_yticks(rows, names, fontsize="small")
-    for label, is_bad in zip(left.get_yticklabels(), bad, strict=True):
-        label.set_color(_BAD if is_bad else "black")
-    left.set_ylim(len(names) - 0.5, -0.5)
-    figure.savefig(path, dpi=100, metadata={"Software": None})
-
-
-def _draw_kurtosis(axes: Any, cleaned: Cleaned, rows: np.ndarray, bad: np.ndarray, threshold: float) -> None:
-    z = np.nan_to_num(cleaned.z, posinf=1e3, neginf=-1e3)
-    axes.barh(rows, z, color=np.where(bad, _BAD, _GOOD))
-    axes.axvline(-threshold, color="0.5", linestyle="--", linewidth=1)
-    axes.axvline(threshold, color="0.5", linestyle="--", linewidth=1)
-    # One loose contact would squeeze all others into a line.
-    axes.set_xscale("symlog", linthresh=2 * threshold)
-    limit = max(2 * threshold, float(np.abs(z).max()) * 4)
-    axes.set_xlim(max(-limit, min(float(z.min()) * 1.3, -1.5 * threshold)), limit)
-    axes.set_xlabel("normalised kurtosis (SD)")
-    axes.set_title(f"{int(bad.sum())} bad, {int(cleaned.interpolated.sum())} interpolated")
-    for row, why in enumerate(cleaned.reason):
-        if why:
-            axes.annotate(why, (z[row], row), (3, 0), textcoords="offset points", va="center", fontsize="x-small")
-
-
-def _draw_weights(axes: Any, cleaned: Cleaned, eog_names: list[str]) -> None:
-    axes.set_title("share of the EOG removed")
-    if not eog_names:
-        axes.text(0.5, 0.5, "no EOG", transform=axes.transAxes, ha="center", va="center")
-        axes.set_xticks([])
-        return
-    limit = max(float(np.abs(cleaned.weights).max()), 1e-9)
-    image = axes.imshow(cleaned.weights, cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="auto")
-    axes.set_xticks(np.arange(len(eog_names)), eog_names, fontsize="small", rotation=90 if len(eog_names) > 3 else 0)
-    axes.figure.colorbar(image, ax=axes, pad=0.03)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,9 +15,6 @@ import pandas as pd
 from hrcneuro.io.tables import Column, Table, read_table, write_table
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.sweep import AXES, Cell, columns, grid, parts, run_cells
-
-if TYPE_CHECKING:
-    from hrcneuro.stages.simulate import Config
 
 LEVEL = 0.8
 SWEEP = Table(
@@ -42,7 +39,7 @@ SWEEP = Table(
 )
 
 
-def cells(config: Config) -> list[Cell]:
+def cells(config: Any) -> list[Cell]:
     """Return the cells of ``config.sweep``, sorted; axes that it does not name stay as configured."""
     otherwise = Cell(
         events=config.events,
@@ -56,7 +53,7 @@ def cells(config: Config) -> list[Cell]:
     return grid(config.sweep, otherwise=otherwise)
 
 
-def part_table(config: Config, index: int, count: int) -> pd.DataFrame:
+def part_table(config: Any, index: int, count: int) -> pd.DataFrame:
     """Return what learning comes to in one of ``count`` parts of the cells; it does not depend on how they are cut."""
     all_cells = cells(config)
     runs = parts(all_cells, count)
@@ -80,9 +77,9 @@ def write_part(table: pd.DataFrame, out: Path) -> None:
     write_table(table, out / "sweep.parquet", SWEEP)
 
 
-def write(paths: Sequence[Path], config: Config, out: Path) -> pd.DataFrame:
+def write(paths: Sequence[Path], config: Any, out: Path) -> pd.DataFrame:
     """Join the parts' tables; write ``sweep.parquet`` and ``sweep.png``; return the table."""
-    from hrcneuro.stages import simulate_beyond_figures
+    from hrcneuro.figures import beyond as simulate_beyond_figures
 
     tables = [table for table in map(read_table, paths) if len(table)]
     table = pd.concat(tables, ignore_index=True)
@@ -91,7 +88,7 @@ def write(paths: Sequence[Path], config: Config, out: Path) -> pd.DataFrame:
     return table
 
 
-def slices(table: pd.DataFrame, config: Config) -> list[tuple[str, pd.DataFrame]]:
+def slices(table: pd.DataFrame, config: Any) -> list[tuple[str, pd.DataFrame]]:
     """Return, for every axis but accuracy that varies, its cells with all other axes at their usual value.
 
     Where the usual value is not in the grid, the nearest one stands for it.

@@ -4,45 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
 if TYPE_CHECKING:
-    import mne
     import numpy as np
     import pandas as pd
     from numpy.typing import NDArray
 
-    from hrcneuro.eeg.contrasts import Contrast
-
-Averages = Mapping[tuple[str, str], "NDArray[np.floating]"]
-"""(scenario, condition) -> a subject's map."""
-
-
-@dataclass(frozen=True)
-class Trials:
-    """A subject's epochs in microvolt, shape (trials, channels, samples), with the trial table."""
-
-    data: NDArray[np.float64]
-    onsets: NDArray[np.integer]  # samples in the continuous recording
-    times: NDArray[np.float64]
-    info: mne.Info
-    table: pd.DataFrame
-
-
-@dataclass(frozen=True)
-class Tested:
-    """A contrast over subjects in one scenario."""
-
-    scenario: str
-    name: str
-    plus: str
-    minus: str
-    units: tuple[str, ...]
-    result: Contrast
+    from hrcneuro.eeg.contrasts import Averages, Tested
+    from hrcneuro.eeg.selection import Trials
 
 
 def check(config: Any) -> list[str]:
@@ -69,6 +42,7 @@ def read_trials(inputs: Inputs) -> Trials:
     """
     import numpy as np
 
+    from hrcneuro.eeg.selection import Trials
     from hrcneuro.io.fif import read_epochs
 
     path = inputs.path("epoch", "{unit}_epo.fif")
@@ -126,7 +100,7 @@ def over_subjects(averages: Mapping[str, Averages], config: Any, adjacency: Any)
     """
     import numpy as np
 
-    from hrcneuro.eeg.contrasts import summarise
+    from hrcneuro.eeg.contrasts import Tested, summarise
     from hrcneuro.eeg.permutation import cluster_test, sign_flip_test
 
     pairs = in_order((pair for maps in averages.values() for pair in maps), config.conditions)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hrcneuro.stages.figure_style import GREY, STYLE, legend_below, save, shade_gap
+from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
 
 Floats = NDArray[np.float64]
 

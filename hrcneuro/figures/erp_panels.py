@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.contrasts import Averages, Tested
 from hrcneuro.eeg.evoked import peak_times, standard_error
-from hrcneuro.eeg.selection import ALL, Cell
-from hrcneuro.stages.erp_figures import Map, Panel, Trace
-from hrcneuro.stages.figure_style import CONTINUATION, colours
-from hrcneuro.stages.group_contrasts import Averages, Tested, Trials
+from hrcneuro.eeg.selection import ALL, Cell, Trials
+from hrcneuro.figures.erp import Map, Panel, Trace
+from hrcneuro.figures.style import CONTINUATION, colours
 
 Floats = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from hrcneuro.figures import style as figure_style
 from hrcneuro.learning.milestones import first_at
 from hrcneuro.learning.simulations import Curve, Variant
-from hrcneuro.stages import figure_style
 
 STYLE = {**figure_style.STYLE, "axes.titlesize": 8, "figure.constrained_layout.use": True}
 GREY = figure_style.GREY

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.contrasts import Tested
 from hrcneuro.eeg.selection import ALL
-from hrcneuro.stages.figure_style import GREY, STYLE, legend_below, save, shade_gap
-from hrcneuro.stages.group_contrasts import Tested
+from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
 
 Floats = NDArray[np.floating]
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from hrcneuro.decoding import group
 from hrcneuro.io.tables import Column, Table, write_table
-from hrcneuro.stages.decode_tables import EXTRA, SCORES, as_json
-
-if TYPE_CHECKING:
-    from hrcneuro.stages.decode import Config
+from hrcneuro.tables.decode import EXTRA, SCORES, as_json
 
 _KEY = {name: SCORES.columns[name] for name in ("scenario", "problem", "decoder")}
 MEASURES = ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)
@@ -71,7 +68,7 @@ SUBJECTS = Table(
 )
 
 
-def write(scores: pd.DataFrame, config: Config, rng: np.random.Generator, out: Path) -> dict[str, Any]:
+def write(scores: pd.DataFrame, config: Any, rng: np.random.Generator, out: Path) -> dict[str, Any]:
     """Write the group's artifacts into ``out`` and return the JSON summary.
 
     Args:
@@ -80,7 +77,7 @@ def write(scores: pd.DataFrame, config: Config, rng: np.random.Generator, out: P
         rng: For sign flips of more than 16 subjects.
         out: The folder.
     """
-    from hrcneuro.stages.decode_figure import draw
+    from hrcneuro.figures.decode import draw
 
     tests, compared = test_table(scores, rng), compare_table(scores, config.decoders, rng)
     write_table(table2(scores), out / "table2.parquet", TABLE2)

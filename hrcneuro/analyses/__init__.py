@@ -1,0 +1,1 @@
+"""What a stage does beyond one call: contrasts over subjects, strata, comparisons, the sweep."""

@@ -1,0 +1,1 @@
+"""The stages' pictures: arrays in, a file out; one style for all."""

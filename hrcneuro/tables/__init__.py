@@ -1,0 +1,1 @@
+"""What the stages' tables hold: schemas, rows, units."""
