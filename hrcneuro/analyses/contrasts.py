@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs
+from hrcneuro import design
+from hrcneuro.contract import Inputs, option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
 if TYPE_CHECKING:
@@ -18,7 +20,35 @@ if TYPE_CHECKING:
     from hrcneuro.eeg.selection import Trials
 
 
-def check(config: Any) -> list[str]:
+@dataclass(frozen=True)
+class Options:
+    """What the Configs of erp and ersp share: whose averages are compared, and how."""
+
+    conditions: dict[str, str] = option(
+        design.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
+    )
+    contrasts: dict[str, tuple[str, ...]] = option(
+        design.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
+    )
+    split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
+    strata: tuple[str, ...] = option(
+        ("prev_error", "turn"),
+        "trial columns whose values are the strata in which contrasts are computed again; empty for none",
+    )
+    stratified: tuple[str, ...] = option(("*_before",), "which contrasts that are, as patterns of their names")
+    min_stratum: int = option(5, "trials a condition below which a subject's stratum is left out", low=1)
+    correction: str = option(
+        "max", "over all points of the map: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
+    )
+    alpha: float = option(0.05, "family-wise error, two-sided", low=0, high=1, open_low=True)
+    cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
+    exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
+    flips: int = option(10_000, "random sign flips beyond that", low=100)
+    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999)
+    seed: int = option(2023, "seed of random sign flips", low=0)
+
+
+def check(config: Options) -> list[str]:
     """Return what is wrong with the contrasts and the test of a Config."""
     found = []
     for name, pair in config.contrasts.items():
@@ -64,7 +94,7 @@ def read_trials(inputs: Inputs) -> Trials:
     return Trials(data, epochs.events[:, 0], epochs.times.copy(), epochs.info, epochs.metadata.reset_index(drop=True))
 
 
-def filled_cells(trials: Trials, config: Any, unit: str) -> tuple[list[Any], list[str]]:
+def filled_cells(trials: Trials, config: Options, unit: str) -> tuple[list[Any], list[str]]:
     """Return the cells that hold trials, and a sentence on those that do not.
 
     Raises:
@@ -90,7 +120,7 @@ def in_order(pairs: Iterable[tuple[str, str]], conditions: Iterable[str]) -> lis
     return sorted(set(pairs), key=lambda p: (p[0] != "all", p[0], rank.get(p[1], len(rank)), p[1]))
 
 
-def over_subjects(averages: Mapping[str, Averages], config: Any, adjacency: Any) -> Iterator[Tested]:
+def over_subjects(averages: Mapping[str, Averages], config: Options, adjacency: Any) -> Iterator[Tested]:
     """Yield each contrast of each scenario over the subjects that have both conditions; at least one has.
 
     Args:
@@ -127,7 +157,7 @@ def over_subjects(averages: Mapping[str, Averages], config: Any, adjacency: Any)
 
 
 def group_summary(
-    averages: Mapping[str, Averages], tested: list[Tested], axes: Mapping[str, Iterable[Any]], config: Any
+    averages: Mapping[str, Averages], tested: list[Tested], axes: Mapping[str, Iterable[Any]], config: Options
 ) -> dict[str, Any]:
     """Return the group's JSON summary; axes as in :func:`contrast_summary`."""
     contrasts: dict[str, dict[str, Any]] = {}
@@ -158,7 +188,7 @@ def require_same_times(unit: str, times: NDArray[np.float64], other: str, others
         )
 
 
-def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], config: Any) -> list[str]:
+def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], config: Options) -> list[str]:
     """Return sentences on contrasts that lack subjects and on tests that can never reach significance."""
     from hrcneuro.eeg.permutation import smallest_p
 

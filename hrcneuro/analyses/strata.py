@@ -16,14 +16,6 @@ if TYPE_CHECKING:
     from hrcneuro.eeg.contrasts import Tested
     from hrcneuro.eeg.selection import Cell
 
-COLUMNS = ("prev_error", "turn")
-PATTERNS = ("*_before",)
-ABOUT = {
-    "strata": "trial columns whose values are the strata in which contrasts are computed again; empty for none",
-    "stratified": "which contrasts that are, as patterns of their names",
-    "min_stratum": "trials a condition below which a subject's stratum is left out",
-}
-
 
 def chosen(config: Any) -> dict[str, tuple[str, ...]]:
     """Return the contrasts that are stratified."""
@@ -40,7 +32,7 @@ def cells(table: pd.DataFrame, found: list[Cell], config: Any) -> tuple[list[Cel
     Args:
         table: The trial table.
         found: The cells that are stratified.
-        config: A Config with contrasts and the options of :data:`ABOUT`.
+        config: The options: contrasts, strata and the least number of trials.
     """
     from hrcneuro.eeg.selection import strata
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro import design
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
@@ -36,16 +35,9 @@ FIGURES = {
 
 
 @dataclass(frozen=True)
-class Config:
-    """Baseline, test and figure."""
+class Config(group_contrasts.Options):
+    """Averages, test and figure."""
 
-    conditions: dict[str, str] = option(
-        design.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
-    )
-    contrasts: dict[str, tuple[str, ...]] = option(
-        design.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
-    )
-    split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
     baseline_s: tuple[float, ...] = option(
         (-0.2, 0.0), "start and end of the mean that is subtracted from each trial and channel", unit="s"
     )
@@ -54,18 +46,6 @@ class Config:
         "responses to neighbouring onsets: keep them in the average, or regress them out",
         choices=("keep", "regress"),
     )
-    strata: tuple[str, ...] = option(contrast_strata.COLUMNS, contrast_strata.ABOUT["strata"])
-    stratified: tuple[str, ...] = option(contrast_strata.PATTERNS, contrast_strata.ABOUT["stratified"])
-    min_stratum: int = option(5, contrast_strata.ABOUT["min_stratum"], low=1)
-    correction: str = option(
-        "max", "over channels and times: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
-    )
-    alpha: float = option(0.05, "family-wise error, two-sided", low=0, high=1, open_low=True)
-    cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
-    exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
-    flips: int = option(10_000, "random sign flips beyond that", low=100)
-    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999)
-    seed: int = option(2023, "seed of random sign flips", low=0)
     channel: str = option("Cz", "channel of the waveforms in the figures")
     map_times_s: tuple[float, ...] = option((), "times of the maps; empty for the largest differences", unit="s")
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro import design
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
@@ -34,16 +33,9 @@ FIGURES = {
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(group_contrasts.Options):
     """Wavelets, test and figure."""
 
-    conditions: dict[str, str] = option(
-        design.CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
-    )
-    contrasts: dict[str, tuple[str, ...]] = option(
-        design.CONTRASTS, "contrast -> [plus, minus], names of conditions", shared="contrasts"
-    )
-    split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
     low_hz: float = option(2.0, "lowest frequency", unit="Hz", low=0, open_low=True)
     high_hz: float = option(30.0, "highest frequency", unit="Hz", low=0, open_low=True)
     step_hz: float = option(2.0, "distance of the frequencies", unit="Hz", low=0, open_low=True)
@@ -51,20 +43,6 @@ class Config:
     high_cycles: float = option(10.0, "cycles of the highest one's; evenly spaced between", low=0, open_low=True)
     kernel_s: float = option(1.0, "length of the wavelets", unit="s", low=0, open_low=True)
     decimate: int = option(2, "keep every n-th sample of the magnitudes", low=1)
-    strata: tuple[str, ...] = option(contrast_strata.COLUMNS, contrast_strata.ABOUT["strata"])
-    stratified: tuple[str, ...] = option(contrast_strata.PATTERNS, contrast_strata.ABOUT["stratified"])
-    min_stratum: int = option(5, contrast_strata.ABOUT["min_stratum"], low=1)
-    correction: str = option(
-        "max",
-        "over channels, frequencies and times: extreme statistics of sign flips, or clusters",
-        choices=("max", "cluster"),
-    )
-    alpha: float = option(0.05, "family-wise error, two-sided", low=0, high=1, open_low=True)
-    cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
-    exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
-    flips: int = option(10_000, "random sign flips beyond that", low=100)
-    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999)
-    seed: int = option(2023, "seed of random sign flips", low=0)
     channels: tuple[str, ...] = option(("Fz", "C3", "Cz", "C4"), "channels of the figures; the first that exist")
 
 
