@@ -18,6 +18,8 @@ from hrcneuro.errors import ConfigError
 # A finer ratio would need a filter of more phases than it is worth: at most this many steps between two samples.
 _MAX_FACTOR = 1000
 _ATTENUATION_DB = 120.0
+# New samples that are computed together: enough for a quick product, few enough that most weights are not zero.
+_RUN = 32
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,6 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     Raises:
         ConfigError: ``pass_freq`` is not below the new Nyquist rate.
     """
-    from scipy.signal import firwin, kaiserord
-
     if not 0 < pass_freq < made.sfreq / 2:
         raise ConfigError(
             f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz",
@@ -79,8 +79,12 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
         )
     grid = made.source * made.up
     width = made.sfreq - 2 * pass_freq
-    n_taps, beta = kaiserord(_ATTENUATION_DB, width / (grid / 2))
-    taps = firwin(n_taps | 1, made.sfreq / 2, window=("kaiser", beta), fs=grid)
+    # Kaiser's formulas (Oppenheim & Schafer, Discrete-Time Signal Processing, §7.5.3): this many taps, this window.
+    # scipy.signal has them too, but takes half a second to import.
+    n_taps = math.ceil((_ATTENUATION_DB - 7.95) / (2.285 * 2 * math.pi * width / grid) + 1) | 1
+    beta = 0.1102 * (_ATTENUATION_DB - 8.7)
+    at = np.arange(n_taps) - n_taps // 2
+    taps = np.sinc(made.sfreq / grid * at) * np.kaiser(n_taps, beta)
     return taps * (made.up / taps.sum())
 
 
@@ -111,22 +115,47 @@ def resample(data: np.ndarray, made: Ratio, *, pass_freq: float, borders: Sequen
 
 
 class _Stretch:
-    """One stretch's share of the common grid. In place is safe: new samples never lie after the old they come from."""
+    """One stretch's share of the common grid. In place is safe: the stretch is copied before its samples are written.
+
+    New samples ``up`` apart weigh their neighbours alike, so a run of them is one product of a matrix: a row a
+    repetition, in it the old samples around the run, times the taps that each new sample has for them.
+    """
 
     def __init__(self, start: int, stop: int, made: Ratio, taps: np.ndarray) -> None:
-        self.start, self.stop, self.made = start, stop, made
+        self.start, self.stop = start, stop
         self.new_start, self.new_stop = made.first(start), made.first(stop)
         half = len(taps) // 2
         self.pad = math.ceil(half / made.up)
-        # On the fine grid, new sample new_start + j lies this far after the padded stretch's first sample, plus j·down.
-        offset = self.new_start * made.down - (start - self.pad) * made.up + half
-        lead = -offset % made.down
-        self.skip = (offset + lead) // made.down
-        self.taps = np.concatenate([np.zeros(lead), taps])
+        turns = -(-_RUN // made.up)
+        self.new_step, self.old_step = turns * made.up, turns * made.down
+        self.repetitions = max(0, -(-(self.new_stop - self.new_start) // self.new_step))
+        # (the run's new samples, counted from new_start; its first old one, counted from the padding's; weights)
+        self.runs: list[tuple[slice, int, np.ndarray]] = []
+        for first in range(0, self.new_step, _RUN):
+            last = min(first + _RUN, self.new_step)
+            fine = (self.new_start + np.arange(first, last)) * made.down  # on the grid of source · up
+            low, high = -(-(int(fine[0]) - half) // made.up), (int(fine[-1]) + half) // made.up
+            tap = fine - made.up * np.arange(low, high + 1)[:, None] + half
+            reached = (tap >= 0) & (tap < len(taps))
+            weights = np.where(reached, taps[np.where(reached, tap, 0)], 0.0)
+            self.runs.append((slice(first, last), low - start + self.pad, weights))
+        self.length = stop - start + 2 * self.pad + self.old_step + max(len(w) for *_, w in self.runs)
 
     def apply(self, channel: np.ndarray) -> np.ndarray:
-        from scipy.signal import upfirdn
+        padded = self._padded(channel[self.start : self.stop])
+        out = np.empty((self.repetitions, self.new_step))
+        for new, first, weights in self.runs:
+            rows = np.lib.stride_tricks.sliding_window_view(padded[first:], len(weights))[:: self.old_step]
+            np.matmul(rows[: self.repetitions], weights, out=out[:, new])
+        return out.ravel()[: self.new_stop - self.new_start]
 
-        padded = np.pad(channel[self.start : self.stop], self.pad, mode="reflect", reflect_type="odd")
-        out = upfirdn(self.taps, padded, self.made.up, self.made.down)
-        return out[self.skip : self.skip + self.new_stop - self.new_start]
+    def _padded(self, old: np.ndarray) -> np.ndarray:
+        """Return the stretch, continued at both ends, and zeros for the new samples that fill the last repetition."""
+        # The ends suffice to continue them; a short stretch is reflected more than once.
+        ends = np.concatenate([old[: self.pad + 1], old[-self.pad - 1 :]]) if len(old) > 2 * self.pad + 2 else old
+        ends = np.pad(ends, self.pad, mode="reflect", reflect_type="odd")
+        padded = np.zeros(self.length)
+        padded[: self.pad] = ends[: self.pad]
+        padded[self.pad : self.pad + len(old)] = old
+        padded[self.pad + len(old) : 2 * self.pad + len(old)] = ends[len(ends) - self.pad :]
+        return padded

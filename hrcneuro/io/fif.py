@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hrcneuro.errors import DataError
+from hrcneuro.io import samples
 
 if TYPE_CHECKING:
     import mne
+    from numpy.typing import NDArray
 
 # Tags that hold a machine id and the time of writing: file, block, parent and reference ids.
 _ID_TAGS = frozenset({100, 103, 108, 109, 110, 116, 117, 118, 120})
 # An id: version, machine (two words), seconds, microseconds; these microseconds are MNE's sign for "no date".
 _BLANK_ID = bytes(16) + struct.pack(">i", -(2**31))
-_HEADER = struct.Struct(">iIii")
 
 # Scalp EEG after any sensible reading lies between these RMS values, in volts: a factor of a million apart from
 # what microvolts read as volts, or the reverse, would give.
@@ -68,6 +69,32 @@ def read_epochs(path: Path) -> mne.BaseEpochs:
         epochs = mne.read_epochs(path, preload=True, verbose="error")
     check_volts(epochs.get_data(copy=False)[:50], str(path.name))
     return epochs
+
+
+def read_eeg_epochs(
+    path: Path, dtype: type[np.floating] = np.float64
+) -> tuple[mne.BaseEpochs, mne.Info, NDArray[np.floating]]:
+    """Return what :func:`read_epochs` does in parts: the epochs without their samples, and the EEG channels alone.
+
+    Args:
+        path: A ``*_epo.fif`` artifact.
+        dtype: Precision of the samples.
+
+    Returns:
+        The epochs (events, times, metadata), the EEG channels' description, and their samples in microvolt, shape
+        (epochs, channels, samples); without an EEG channel that is (epochs, 0, samples).
+
+    Raises:
+        DataError: The file is unreadable or its EEG is not in volts.
+    """
+    import mne
+
+    with _quiet(), _named(path):
+        epochs = mne.read_epochs(path, preload=False, verbose="error")
+        picks = mne.pick_types(epochs.info, eeg=True, exclude=())
+        data = samples.of_epochs(epochs, path, picks, dtype)
+    check_volts(1e-6 * data[:50], str(path.name))
+    return epochs, mne.pick_info(epochs.info, picks), data
 
 
 def write_evokeds(evokeds: Sequence[mne.Evoked], path: Path) -> None:
@@ -144,14 +171,6 @@ def _blank_parts(path: Path) -> None:
 def blank_ids(path: Path) -> None:
     """Blank every id tag of a FIF file, so that machine and time of writing leave no trace in the bytes."""
     with path.open("r+b") as file:
-        while True:
-            at = file.tell()
-            header = file.read(_HEADER.size)
-            if len(header) < _HEADER.size:
-                return
-            kind, _, size, following = _HEADER.unpack(header)
-            if kind in _ID_TAGS and size == len(_BLANK_ID):
+        for tag in samples.tags(file):
+            if tag.kind in _ID_TAGS and tag.size == len(_BLANK_ID):
                 file.write(_BLANK_ID)
-            if following < 0:
-                return
-            file.seek(following if following > 0 else at + _HEADER.size + size)

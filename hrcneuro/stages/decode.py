@@ -90,10 +90,10 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
-    from hrcneuro.io.fif import read_epochs
+    from hrcneuro.io.fif import read_eeg_epochs
     from hrcneuro.tables.decode import SubjectTables
 
-    epochs = read_epochs(inputs.path("epoch", "{unit}_epo.fif"))
+    epochs, _, eeg_uv = read_eeg_epochs(inputs.path("epoch", "{unit}_epo.fif"))
     if epochs.metadata is None:
         raise DataError(
             f"the epochs of {inputs.unit} carry no trial table", cure=f"rerun: hrcneuro epoch {inputs.unit} --force"
@@ -106,7 +106,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     scheme = problems.Scheme(config.folds, config.repeats, config.balance, config.permutations, config.min_stratum)
     decoders = Decoders(
         {name: {**BUILTIN, **config.recipes}[name] for name in config.decoders},
-        epochs_uv=lambda rows: epochs[rows].get_data(picks="eeg", units="uV", verbose="error"),
+        epochs_uv=lambda rows: eeg_uv[rows],
         times_s=epochs.times,
         mean_window_s=(config.mean_window_s[0], config.mean_window_s[1]),
         shrinkage=config.shrinkage,

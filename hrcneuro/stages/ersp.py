@@ -66,7 +66,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.io.tables import write_table
     from hrcneuro.tables import contrasts as contrast_tables
 
-    trials = group_contrasts.read_trials(inputs)
+    # The maps are made in single precision, in which the epochs are stored.
+    trials = group_contrasts.read_trials(inputs, np.float32)
     cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
     strata, notes = contrast_strata.cells(trials.table, cells, config)
     wavelets = _wavelets(config, trials.info["sfreq"])

@@ -102,6 +102,7 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
 
     from hrcneuro.eeg.breaks import borders
     from hrcneuro.eeg.cleaning import Signals
+    from hrcneuro.io import samples
 
     eeg = list(mne.pick_types(raw.info, eeg=True, exclude=()))
     eog = list(mne.pick_types(raw.info, eog=True, exclude=()))
@@ -110,7 +111,7 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             f"the recording has no EEG channel; its channels are {', '.join(raw.ch_names)}",
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
-    data = np.ascontiguousarray(raw.get_data(picks=[*eeg, *eog]), dtype=float)
+    data = samples.of_raw(raw, [*eeg, *eog])
     data *= 1e6
     found = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
     found[~np.any(found != 0, axis=1)] = np.nan

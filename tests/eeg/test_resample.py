@@ -98,6 +98,45 @@ def test_a_band_above_the_new_nyquist_is_refused():
         resample.resample(np.zeros((1, 1000)), resample.ratio(1000, 80), pass_freq=40.5)
 
 
+def plainly(stretch, made, taps, new_start, new_stop, start):
+    """Resample by the definition: zeros between the samples, one convolution, every ``down``-th of what comes out."""
+    half = len(taps) // 2
+    pad = -(-half // made.up)
+    padded = np.pad(stretch, pad, mode="reflect", reflect_type="odd")
+    stuffed = np.zeros((len(padded) - 1) * made.up + 1)
+    stuffed[:: made.up] = padded
+    smooth = np.convolve(stuffed, taps)
+    return smooth[(np.arange(new_start, new_stop) * made.down) - (start - pad) * made.up + half]
+
+
+@pytest.mark.parametrize("source", [1000, 2048, 5000, 600, 999.9])
+@pytest.mark.parametrize("borders", [(), (7, 8, 330, 333, 1500)])
+def test_the_products_of_runs_are_the_plain_convolution(source, borders):
+    x = np.random.default_rng(4).standard_normal(2003)
+    made = resample.ratio(source, 512)
+    taps = resample.antialias_taps(made, 40.5)
+    edges = [0, *borders, len(x)]
+    expected = np.concatenate(
+        [
+            plainly(x[a:b], made, taps, made.first(a), made.first(b), a)
+            for a, b in zip(edges[:-1], edges[1:], strict=True)
+        ]
+    )
+    out = resample.resample(x[None].copy(), made, pass_freq=40.5, borders=borders)[0]
+    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("source", [1000, 2048, 999.9])
+def test_the_taps_are_scipys(source):
+    from scipy.signal import firwin, kaiserord
+
+    made = resample.ratio(source, 512)
+    grid = made.source * made.up
+    n_taps, beta = kaiserord(120, (made.sfreq - 81) / (grid / 2))
+    expected = firwin(n_taps | 1, made.sfreq / 2, window=("kaiser", beta), fs=grid) * made.up
+    np.testing.assert_allclose(resample.antialias_taps(made, 40.5), expected, rtol=0, atol=1e-13 * made.up)
+
+
 def test_equals_the_exact_resampling_of_a_periodic_signal():
     from scipy.signal import resample as by_fft
     from scipy.signal import resample_poly
