@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def subtract_baseline(data: Floats, times: Floats, window_s: tuple[float, float]) -> Floats:
+def subtract_baseline(data: Floats, times: Floats, window_s: tuple[float, float], *, in_place: bool = False) -> Floats:
     """Return the epochs minus each trial's and channel's own mean within the window, both ends included.
 
     Args:
         data: Epochs, shape (trials, channels, samples).
         times: Time of each sample, in seconds.
         window_s: Start and end of the baseline, in seconds.
+        in_place: Whether to change ``data`` itself; a second copy of all epochs takes memory and time.
 
     Raises:
         ValueError: No sample lies in the window.
@@ -25,7 +26,8 @@ def subtract_baseline(data: Floats, times: Floats, window_s: tuple[float, float]
             f"the baseline {window_s[0]:g}…{window_s[1]:g} s holds no sample of epochs {times[0]:g}…{times[-1]:g} s"
         )
     first, last = np.flatnonzero(inside)[[0, -1]]
-    corrected: Floats = data - data[..., first : last + 1].mean(axis=-1, keepdims=True)
+    level = data[..., first : last + 1].mean(axis=-1, keepdims=True)
+    corrected: Floats = np.subtract(data, level, out=data if in_place else None)
     return corrected
 
 

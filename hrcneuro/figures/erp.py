@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import mne
 import numpy as np
@@ -17,14 +15,13 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
+from hrcneuro.figures.topomap import Map, Scalp
 
 Floats = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _FOOT = 4.1, 3.2, 0.75  # inches a panel, and below all of them
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _MAPS = 4
-# Fewer electrodes cannot be interpolated to a map.
-_FEWEST = 4
 
 
 @dataclass(frozen=True)
@@ -35,15 +32,6 @@ class Trace:
     mean: Floats
     error: Floats
     colour: str
-
-
-@dataclass(frozen=True)
-class Map:
-    """A topography at one time, shape (channels,), and which electrodes to mark."""
-
-    time: float
-    values: Floats
-    marked: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +68,7 @@ def draw(
     """
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
-    placed = _placed(info)
+    scalp = Scalp.of(_positions(info))
     limit = _limit([m for p in panels for m in p.maps])
     low, high = _range(panels)
     width, height = _WIDTH * columns + 0.3, _HEIGHT * rows + _FOOT
@@ -104,7 +92,11 @@ def draw(
             axes.set_ylim(low, high)
             axes.set_ylabel(f"{channel} (µV)" if i % columns == 0 else "")
             axes.set_xlabel("time from onset (ms)" if i + columns >= len(panels) else "")
-            _maps(figure, inner[0], panel, info, placed, limit)
+            if scalp is not None and panel.maps:
+                last_in_row = (i + 1) % columns == 0 or i + 1 == len(panels)
+                room = inner[0].get_position(figure)
+                row = figure.add_axes((room.x0, room.y0, room.width, room.height + 0.15 / height))
+                scalp.draw(row, panel.maps[:_MAPS], limit, slots=_MAPS, bar=last_in_row)
             place = cell.get_position(figure)
             left, top = place.x0 - 0.45 / width, place.y1 + 0.38 / height
             figure.text(left, top, _LETTERS[i % len(_LETTERS)], fontsize=11, fontweight="bold", va="top")
@@ -136,37 +128,6 @@ def _waveforms(axes: Axes, panel: Panel, times: Floats, gap_s: float) -> None:
     axes.legend(loc="lower right", handlelength=1.4, borderaxespad=0.1)
 
 
-def _maps(figure: Figure, cell: Any, panel: Panel, info: mne.Info, placed: list[int], limit: float) -> None:
-    if len(placed) < _FEWEST or not panel.maps:
-        return
-    places = cell.subgridspec(1, _MAPS + 1, width_ratios=[1] * _MAPS + [0.07], wspace=0.08)
-    shown = mne.pick_info(info, placed)
-    first = (_MAPS - len(panel.maps)) // 2
-    for i, one in enumerate(panel.maps[:_MAPS]):
-        axes = figure.add_subplot(places[first + i])
-        marked = one.marked[placed] if one.marked is not None else np.zeros(len(placed), bool)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # positions outside the head: MNE draws them all the same
-            image, _ = mne.viz.plot_topomap(
-                one.values[placed],
-                shown,
-                axes=axes,
-                show=False,
-                cmap="RdBu_r",
-                vlim=(-limit, limit),
-                contours=4,
-                sensors="k,",
-                mask=marked if marked.any() else None,
-                mask_params=dict(marker="o", markerfacecolor="w", markeredgecolor="k", linewidth=0, markersize=2.6),
-            )
-        axes.set_title(f"{one.time * 1000:.0f} ms", fontsize=7, pad=1)
-    bar = figure.colorbar(image, cax=figure.add_subplot(places[_MAPS]))
-    bar.ax.tick_params(labelsize=6, length=2, pad=1)
-    bar.set_ticks([-limit, 0, limit], labels=[f"-{limit:.2g}", "0", f"{limit:.2g}"])
-    bar.ax.set_title("µV", fontsize=6, pad=3)
-    bar.outline.set_linewidth(0.4)
-
-
 def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float) -> None:
     patches = []
     if any(p.significant is not None and p.significant.any() for p in panels):
@@ -174,9 +135,8 @@ def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float) -> None:
     legend_below(figure, patches, gap_s)
 
 
-def _placed(info: mne.Info) -> list[int]:
-    locations = np.array([ch["loc"][:3] for ch in info["chs"]])
-    return [i for i, loc in enumerate(locations) if np.isfinite(loc).all() and loc.any()]
+def _positions(info: mne.Info) -> Floats:
+    return np.array([channel["loc"][:3] for channel in info["chs"]], float).reshape(-1, 3)
 
 
 def _limit(maps: Sequence[Map]) -> float:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from hrcneuro.eeg.contrasts import Averages, Tested
 from hrcneuro.eeg.evoked import peak_times, standard_error
 from hrcneuro.eeg.selection import ALL, Cell, Trials
-from hrcneuro.figures.erp import Map, Panel, Trace
+from hrcneuro.figures.erp import Panel, Trace
 from hrcneuro.figures.style import CONTINUATION, colours
+from hrcneuro.figures.topomap import Map
 
 Floats = NDArray[np.float64]
 

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hrcneuro.eeg.contrasts import Tested
@@ -84,25 +85,18 @@ class Drawing:
         with rc_context(STYLE):
             width, height = 2.1 * len(picked) + 1.5, 1.35 * len(rows) + 1.2
             figure = Figure(figsize=(width, height))
-            grid = figure.add_gridspec(
-                len(rows),
-                len(picked),
-                left=0.75 / width,
-                right=1 - 0.75 / width,
-                top=1 - 0.35 / height,
-                bottom=0.85 / height,
-                wspace=0.1,
-                hspace=0.38,
-            )
+            left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.35 / height, 0.85 / height
+            between = 0.36 / height
+            pitch = (top - bottom + between) / len(rows)
+            strip = _Strip(np.asarray(self.axes["times"]) * 1000, np.asarray(self.axes["frequency_hz"]), len(picked))
             for i, row in enumerate(rows):
-                for j, channel in enumerate(picked):
-                    axes = figure.add_subplot(grid[i, j])
-                    image = self._map(axes, row, channel, limit)
-                    last = i == len(rows) - 1
-                    axes.tick_params(labelleft=j == 0, labelbottom=last)
-                    axes.set_xlabel("time from onset (ms)" if last else "")
-                    axes.set_ylabel("Hz" if j == 0 else "")
-                    axes.set_title(f"{row.title}   {self.shown[0]}" if j == 0 else self.shown[j], loc="left", pad=3)
+                lowest = top - (i + 1) * pitch + between
+                axes = figure.add_axes((left, lowest, right - left, pitch - between))
+                image = strip.draw(axes, row, picked, limit)
+                strip.shade(axes, self.gap_s)
+                axes.set_ylabel("Hz")
+                titles = [f"{row.title}   {self.shown[0]}", *self.shown[1:]]
+                strip.label(axes, titles, times=i == len(rows) - 1)
             span = min(1.6 / height, 0.8)
             bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
             bar.ax.tick_params(labelsize=6, length=2)
@@ -114,18 +108,81 @@ class Drawing:
             legend_below(figure, [], self.gap_s)
             save(figure, path)
 
-    def _map(self, axes: Axes, row: Row, channel: int, limit: float) -> Any:
-        times, frequencies = np.asarray(self.axes["times"]) * 1000, np.asarray(self.axes["frequency_hz"])
-        values = row.values[channel]
-        colour: Any = dict(cmap="RdBu_r", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
-        tested = row.significant is not None
-        image = axes.pcolormesh(times, frequencies, values, alpha=_FADED if tested else 1, **colour)
-        if row.significant is not None and row.significant[channel].any():
-            mask = row.significant[channel]
-            image = axes.pcolormesh(times, frequencies, np.ma.masked_array(values, ~mask), **colour)
-            if len(frequencies) > 1:
-                axes.contour(times, frequencies, mask.astype(float), levels=[0.5], colors="k", linewidths=0.6)
-        axes.axvline(0, color="0.3", lw=0.6)
-        shade_gap(axes, self.gap_s, float(times[-1]) / 1000, above=True)
-        axes.set_xlim(times[0], times[-1])
+
+@dataclass(frozen=True)
+class _Strip:
+    """Maps side by side in one Axes: as many Axes as maps would cost ten times the time, most of it for their ticks.
+
+    Times in milliseconds; the first map keeps its own times, each further one lies ``pitch`` later.
+    """
+
+    times: NDArray[np.float64]
+    frequencies: NDArray[np.float64]
+    count: int
+
+    @property
+    def step(self) -> float:
+        """From one sample to the next."""
+        return float(self.times[-1] - self.times[0]) / max(1, len(self.times) - 1) or 1.0
+
+    @property
+    def gap(self) -> int:
+        """Empty samples between two maps."""
+        return max(1, round(0.1 * len(self.times)))
+
+    @property
+    def pitch(self) -> float:
+        """From one map to the next."""
+        return (len(self.times) + self.gap) * self.step
+
+    def draw(self, axes: Axes, row: Row, picked: Sequence[int], limit: float) -> Any:
+        """Draw one row's maps of these channels; return the image."""
+        values = np.ma.masked_invalid(self._joined(row.values[picked], np.nan))
+        half = (
+            self.step / 2,
+            (self.frequencies[-1] - self.frequencies[0]) / max(1, len(self.frequencies) - 1) / 2 or 1,
+        )
+        extent = (
+            self.times[0] - half[0], self.times[0] + values.shape[1] * self.step - half[0],
+            self.frequencies[0] - half[1], self.frequencies[-1] + half[1],
+        )  # fmt: skip
+        mask = None if row.significant is None else self._joined(row.significant[picked], False)
+        image = axes.imshow(
+            values, cmap="RdBu_r", vmin=-limit, vmax=limit, origin="lower", aspect="auto", interpolation="nearest",
+            extent=extent, alpha=1 if mask is None else np.where(mask, 1, _FADED),
+        )  # fmt: skip
+        if mask is not None and mask.any() and len(self.frequencies) > 1:
+            columns = self.times[0] + self.step * np.arange(values.shape[1])
+            axes.contour(columns, self.frequencies, mask.astype(float), levels=[0.5], colors="k", linewidths=0.6)
+        axes.set(xlim=extent[:2], ylim=extent[2:])
         return image
+
+    def shade(self, axes: Axes, gap_s: float) -> None:
+        """Mark the onsets, and hatch what lies after the shortest gap between them."""
+        low, high = axes.get_ylim()
+        starts = self.pitch * np.arange(self.count)
+        axes.vlines(starts, low, high, color="0.3", lw=0.6)
+        shade_gap(axes, gap_s, float(self.times[-1]) / 1000, above=True, starts_ms=starts)
+
+    def label(self, axes: Axes, titles: Sequence[str], *, times: bool) -> None:
+        """Write a title above each map, and, where wanted, times below it; draw the axes' lines below maps alone."""
+        low, high = axes.get_ylim()
+        starts = self.pitch * np.arange(self.count)
+        ticks = np.array([t for t in MaxNLocator(3, steps=[1, 2, 5, 10]).tick_values(*self.times[[0, -1]])
+                          if self.times[0] <= t <= self.times[-1]])  # fmt: skip
+        axes.set_xticks((starts[:, None] + ticks).ravel(), [f"{t:.0f}" for t in ticks] * self.count if times else [])
+        axes.spines["bottom"].set_visible(False)
+        axes.hlines(np.full(self.count, low), starts + self.times[0], starts + self.times[-1], color="k", lw=0.7,
+                    clip_on=False)  # fmt: skip
+        for start, title in zip(starts, titles, strict=True):
+            axes.annotate(title, (start + self.times[0], high), (0, 3), textcoords="offset points", fontsize=8.5)
+        if times:
+            for start in starts:
+                middle = (start + self.times[[0, -1]].mean(), low)
+                axes.annotate(
+                    "time from onset (ms)", middle, (0, -17), textcoords="offset points", ha="center", va="top"
+                )
+
+    def _joined(self, maps: NDArray[Any], between: Any) -> NDArray[Any]:
+        gap = np.full((len(self.frequencies), self.gap), between, dtype=maps.dtype)
+        return np.concatenate([part for one in maps for part in (one, gap)][:-1], axis=1)

@@ -40,12 +40,19 @@ def colours(names: Sequence[str]) -> dict[str, str]:
     return {name: COLOURS[families.index(name.split("_")[0]) % len(COLOURS)] for name in names}
 
 
-def shade_gap(axes: Axes, gap_s: float, stop_s: float, *, above: bool = False) -> None:
-    """Hatch the time (ms) after the shortest gap between onsets, below or above all else: responses may overlap."""
+def shade_gap(
+    axes: Axes, gap_s: float, stop_s: float, *, above: bool = False, starts_ms: Sequence[float] = (0.0,)
+) -> None:
+    """Hatch the time (ms) after the shortest gap between onsets, below or above all else: responses may overlap.
+
+    ``starts_ms`` are the onsets' places where several maps share the axes.
+    """
     if math.isfinite(gap_s) and gap_s < stop_s:
         ink: Any = (0, 0, 0, 0.16) if above else "0.86"
         order = 4 if above else 0.5
-        axes.axvspan(gap_s * 1000, stop_s * 1000, facecolor="none", edgecolor=ink, hatch="////", lw=0, zorder=order)
+        spans = [(start + gap_s * 1000, (stop_s - gap_s) * 1000) for start in starts_ms]
+        whole = dict(transform=axes.get_xaxis_transform(), zorder=order)
+        axes.broken_barh(spans, (0, 1), facecolor="none", edgecolor=ink, hatch="////", lw=0, **whole)
 
 
 def legend_below(figure: Figure, patches: list[Patch], gap_s: float) -> None:

@@ -160,25 +160,27 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def _averages(
     trials: Trials, masks: list[NDArray[np.bool_]], config: Config
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the average of each cell, and the epochs with their baseline subtracted."""
+    """Return the average of each cell, and the epochs with their baseline subtracted: ``trials.data`` itself."""
     import numpy as np
 
     from hrcneuro.eeg import evoked
     from hrcneuro.eeg.overlap import regressed_averages
 
     start, stop = config.baseline_s
+    means = None
+    if config.overlap == "regress":
+        try:
+            means = regressed_averages(trials.data, trials.onsets, np.stack(masks))
+        except (ValueError, np.linalg.LinAlgError) as error:
+            raise DataError(
+                f"the overlap of responses cannot be regressed out: {error}", cure="use erp.overlap = 'keep'"
+            ) from error
     try:
-        data = evoked.subtract_baseline(trials.data, trials.times, (start, stop))
+        data = evoked.subtract_baseline(trials.data, trials.times, (start, stop), in_place=True)
     except ValueError as error:
         raise ConfigError(str(error), cure="move erp.baseline_s into the epochs, or widen them (epoch)") from error
-    if config.overlap == "keep":
+    if means is None:
         return evoked.averages(data, np.stack(masks)), data
-    try:
-        means = regressed_averages(trials.data, trials.onsets, np.stack(masks))
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise DataError(
-            f"the overlap of responses cannot be regressed out: {error}", cure="use erp.overlap = 'keep'"
-        ) from error
     return evoked.subtract_baseline(means, trials.times, (start, stop)), data
 
 

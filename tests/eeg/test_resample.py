@@ -1,4 +1,5 @@
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -117,10 +118,7 @@ def test_the_products_of_runs_are_the_plain_convolution(source, borders):
     taps = resample.antialias_taps(made, 40.5)
     edges = [0, *borders, len(x)]
     expected = np.concatenate(
-        [
-            plainly(x[a:b], made, taps, made.first(a), made.first(b), a)
-            for a, b in zip(edges[:-1], edges[1:], strict=True)
-        ]
+        [plainly(x[a:b], made, taps, made.first(a), made.first(b), a) for a, b in pairwise(edges)]
     )
     out = resample.resample(x[None].copy(), made, pass_freq=40.5, borders=borders)[0]
     np.testing.assert_allclose(out, expected, rtol=0, atol=1e-12)
