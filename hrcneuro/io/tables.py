@@ -119,15 +119,17 @@ def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
 def _array(values: Any, column: Column) -> pa.Array:
     base = _TYPES[column.type.removesuffix("[]")]
     if column.type.endswith("[]"):
-        block = np.ascontiguousarray(np.stack(list(values)) if len(values) else np.zeros((0, 1)))
+        whole = isinstance(values, np.ndarray) and values.ndim == 2
+        block = values if whole else np.stack(list(values)) if len(values) else np.zeros((0, 1))
+        block = np.ascontiguousarray(block)
         return pa.FixedSizeListArray.from_arrays(pa.array(block.ravel(), type=base), block.shape[1])
     series = pd.Series(values) if not isinstance(values, pd.Series) else values
     if isinstance(series.dtype, pd.CategoricalDtype):
         series = series.astype(object)
     if column.type in ("category", "string"):
-        # pandas may hand NaN where a string is missing.
-        items = [None if pd.isna(v) else str(v) for v in series]
-        strings = pa.array(items, type=pa.string())
+        # Each value is looked at once, however many rows have it; what is missing, None or NaN, gets the code -1.
+        codes, values = pd.factorize(series)
+        strings = pa.array([str(v) for v in values], type=pa.string()).take(pa.array(codes, mask=codes < 0))
         return strings.dictionary_encode() if column.type == "category" else strings
     if column.type == "float" or column.type == "float32":
         # A number that does not exist is null, not NaN: other readers average over NaN without a word.

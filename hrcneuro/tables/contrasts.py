@@ -175,8 +175,12 @@ def write_magnitudes(
 
     ``table`` is :data:`ERSP_SUBJECT` or :data:`ERSP_STRATA_SUBJECT`.
     """
-    rows = [_keys(axes, scenario=s, condition=c, n=trials[s, c][0]).assign(gap_s=trials[s, c][1]) for s, c in maps]
-    _write(rows, {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, table)
+    one = _keys(axes)
+    keys = pd.concat([one] * len(maps), ignore_index=True)
+    told = [(scenario, condition, *trials[scenario, condition]) for scenario, condition in maps]
+    for name, values in zip(("scenario", "condition", "n", "gap_s"), zip(*told, strict=True), strict=True):
+        keys[name] = np.repeat(np.array(values), len(one))
+    _write([keys], {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, table)
 
 
 def read_magnitudes(path: Path) -> tuple[dict[tuple[str, str], NDArray[np.float32]], dict[str, Any], float]:
