@@ -37,6 +37,8 @@ def test_chance_level_of_one_problem():
 
     level = chance.chance_level(389)
     assert binom.cdf(round(level * 389), 389, 0.5) >= 0.95 > binom.cdf(round(level * 389) - 1, 389, 0.5)
+    for n in range(1, 900):
+        assert chance.chance_level(n) == binom.ppf(0.95, n, 0.5) / n
 
 
 def test_permutation_within_blocks_keeps_each_blocks_labels():
