@@ -48,10 +48,10 @@ def tags(file: BinaryIO) -> Iterator[Tag]:
         at = following if following > 0 else at + _HEADER.size + size
 
 
-def of_raw(raw: mne.io.BaseRaw, picks: Sequence[int]) -> NDArray[np.float64]:
-    """Return the samples of a recording that was just read, channels × samples in volts: ``raw.get_data(picks)``."""
-    found = None if raw.preload or len(raw.filenames) != 1 else _raw_samples(Path(raw.filenames[0]), raw, picks)
-    return raw.get_data(picks=list(picks)) if found is None else found
+def of_raw(raw: mne.io.BaseRaw, picks: Sequence[int], scale: float = 1.0) -> NDArray[np.float64]:
+    """Return the samples of a recording that was just read, channels × samples: ``scale * raw.get_data(picks)``."""
+    found = None if raw.preload or len(raw.filenames) != 1 else _raw_samples(Path(raw.filenames[0]), raw, picks, scale)
+    return scale * raw.get_data(picks=list(picks)) if found is None else found
 
 
 def of_epochs(
@@ -74,7 +74,9 @@ def of_epochs(
     return found
 
 
-def _raw_samples(path: Path, raw: mne.io.BaseRaw, picks: Sequence[int]) -> NDArray[np.float64] | None:
+def _raw_samples(
+    path: Path, raw: mne.io.BaseRaw, picks: Sequence[int], scale: float
+) -> NDArray[np.float64] | None:
     channels = raw.info["chs"]
     with path.open("rb") as file:
         data = [tag for tag in tags(file) if tag.kind in (_DATA_BUFFER, _DATA_SKIP)]
@@ -86,7 +88,7 @@ def _raw_samples(path: Path, raw: mne.io.BaseRaw, picks: Sequence[int]) -> NDArr
             file.seek(tag.start)
             block = np.fromfile(file, ">f4", tag.size // 4).reshape(-1, len(channels)).astype(np.float32)
             # Transposed in single precision first: the long rows are then filled in one go.
-            out[:, at : at + len(block)] = np.ascontiguousarray(block.T[picks])
+            np.multiply(np.ascontiguousarray(block.T[picks]), scale, out=out[:, at : at + len(block)], dtype=float)
             at += len(block)
     for row, pick in zip(out, picks, strict=True):
         gain = channels[pick]["cal"] * channels[pick]["range"]

@@ -111,8 +111,7 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             f"the recording has no EEG channel; its channels are {', '.join(raw.ch_names)}",
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
-    data = samples.of_raw(raw, [*eeg, *eog])
-    data *= 1e6
+    data = samples.of_raw(raw, [*eeg, *eog], 1e6)
     found = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
     found[~np.any(found != 0, axis=1)] = np.nan
     return Signals(
