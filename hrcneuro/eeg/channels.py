@@ -48,7 +48,12 @@ def check_finite(data: np.ndarray, names: list[str], sfreq: float) -> None:
 
 
 def kurtosis(channel: np.ndarray) -> float:
-    """Return m4 / m2² of one channel (a normal distribution gives 3), in slabs to spare memory."""
+    """Return m4 / m2² of one channel (a normal distribution gives 3; NaN where nothing varies)."""
+    return _moments(channel)[1]
+
+
+def _moments(channel: np.ndarray) -> tuple[float, float]:
+    """Return the SD (over n) and the kurtosis of one channel, in slabs to spare memory."""
     mean = channel.mean()
     second = fourth = 0.0
     for start in range(0, len(channel), _SLAB):
@@ -56,7 +61,7 @@ def kurtosis(channel: np.ndarray) -> float:
         square *= square
         second += float(square.sum())
         fourth += float(square @ square)
-    return fourth * len(channel) / second**2 if second else math.nan
+    return math.sqrt(second / len(channel)), fourth * len(channel) / second**2 if second else math.nan
 
 
 def trimmed_z(values: np.ndarray) -> np.ndarray:
@@ -81,9 +86,10 @@ def judge(data: np.ndarray, threshold: float, *, marked: np.ndarray | None = Non
     Flat channels are bad without a z; they, and channels ``marked`` bad beforehand (boolean mask), stay out of the
     mean and SD. Fewer than four channels to compare are all good.
     """
-    flat = np.array([channel.std() < FLAT_UV for channel in data], bool)
+    spread, found = np.array([_moments(channel) for channel in data]).T
+    flat = spread < FLAT_UV
+    found[flat] = math.nan
     marked = np.zeros(len(data), bool) if marked is None else marked
-    found = np.array([math.nan if f else kurtosis(c) for f, c in zip(flat, data, strict=True)])
     z = np.full(len(data), math.nan)
     used = ~(flat | marked)
     if used.sum() >= MIN_CHANNELS:

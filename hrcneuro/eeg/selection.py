@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -42,7 +42,7 @@ class Cell:
 class Trials:
     """A subject's epochs in microvolt, shape (trials, channels, samples), with the trial table."""
 
-    data: NDArray[np.float64]
+    data: NDArray[Any]  # floating point of the precision that was asked for
     onsets: NDArray[np.integer]  # samples in the continuous recording
     times: NDArray[np.float64]
     info: mne.Info

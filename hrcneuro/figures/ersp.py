@@ -162,7 +162,7 @@ class _Strip:
         low, high = axes.get_ylim()
         starts = self.pitch * np.arange(self.count)
         axes.vlines(starts, low, high, color="0.3", lw=0.6)
-        shade_gap(axes, gap_s, float(self.times[-1]) / 1000, above=True, starts_ms=starts)
+        shade_gap(axes, gap_s, float(self.times[-1]) / 1000, above=True, starts_ms=starts.tolist())
 
     def label(self, axes: Axes, titles: Sequence[str], *, times: bool) -> None:
         """Write a title above each map, and, where wanted, times below it; draw the axes' lines below maps alone."""

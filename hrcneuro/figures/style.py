@@ -51,7 +51,7 @@ def shade_gap(
         ink: Any = (0, 0, 0, 0.16) if above else "0.86"
         order = 4 if above else 0.5
         spans = [(start + gap_s * 1000, (stop_s - gap_s) * 1000) for start in starts_ms]
-        whole = dict(transform=axes.get_xaxis_transform(), zorder=order)
+        whole: Any = dict(transform=axes.get_xaxis_transform(), zorder=order)
         axes.broken_barh(spans, (0, 1), facecolor="none", edgecolor=ink, hatch="////", lw=0, **whole)
 
 

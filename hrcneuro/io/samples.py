@@ -74,9 +74,7 @@ def of_epochs(
     return found
 
 
-def _raw_samples(
-    path: Path, raw: mne.io.BaseRaw, picks: Sequence[int], scale: float
-) -> NDArray[np.float64] | None:
+def _raw_samples(path: Path, raw: mne.io.BaseRaw, picks: Sequence[int], scale: float) -> NDArray[np.float64] | None:
     channels = raw.info["chs"]
     with path.open("rb") as file:
         data = [tag for tag in tags(file) if tag.kind in (_DATA_BUFFER, _DATA_SKIP)]
