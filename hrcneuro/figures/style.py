@@ -9,7 +9,8 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
 
 STYLE: dict[Any, Any] = {
     "font.size": 8,
@@ -48,11 +49,12 @@ def shade_gap(
     ``starts_ms`` are the onsets' places where several maps share the axes.
     """
     if math.isfinite(gap_s) and gap_s < stop_s:
-        ink: Any = (0, 0, 0, 0.16) if above else "0.86"
-        order = 4 if above else 0.5
-        spans = [(start + gap_s * 1000, (stop_s - gap_s) * 1000) for start in starts_ms]
-        whole: Any = dict(transform=axes.get_xaxis_transform(), zorder=order)
-        axes.broken_barh(spans, (0, 1), facecolor="none", edgecolor=ink, hatch="////", lw=0, **whole)
+        spans = [(start + gap_s * 1000, start + stop_s * 1000) for start in starts_ms]
+        whole = [Outline([(a, 0), (b, 0), (b, 1), (a, 1), (a, 0)], closed=True) for a, b in spans]
+        # One patch, since a PDF's hatches heed the transparency of patches alone.
+        ink: Any = dict(edgecolor="k", alpha=0.16, zorder=4) if above else dict(edgecolor="0.86", zorder=0.5)
+        place: Any = dict(transform=axes.get_xaxis_transform(), facecolor="none", hatch="////", lw=0)
+        axes.add_patch(PathPatch(Outline.make_compound_path(*whole), **place, **ink))
 
 
 def legend_below(figure: Figure, patches: list[Patch], gap_s: float) -> None:

@@ -1,0 +1,36 @@
+"""Parquet artifacts: what is missing stays missing, enumerations keep the order in which they came."""
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from hrcneuro.io.tables import Column, Table, read_lists, read_table, write_table
+
+TABLE = Table(
+    1,
+    "one row a thing",
+    {
+        "kind": Column("category", "", "an enumeration"),
+        "name": Column("string", "", "a name"),
+        "values": Column("float32[]", "uV", "a list"),
+    },
+)
+
+
+@pytest.mark.parametrize("kinds", [["b", "a", None, "b"], [None] * 4, [np.nan, "x", "x", None], [2, 1, 2, 2]])
+def test_words_and_gaps_come_back(tmp_path, kinds):
+    values = np.arange(8.0).reshape(4, 2)
+    frame = pd.DataFrame({"kind": kinds, "name": kinds})
+    write_table({"kind": frame["kind"], "name": frame["name"], "values": values}, tmp_path / "t.parquet", TABLE)
+    expected = [None if pd.isna(kind) else str(kind) for kind in frame["kind"]]
+    found = pq.read_table(tmp_path / "t.parquet")
+    assert found["kind"].to_pylist() == found["name"].to_pylist() == expected
+    words = list(dict.fromkeys(word for word in expected if word is not None))
+    assert found["kind"].combine_chunks().dictionary.to_pylist() == words
+    np.testing.assert_array_equal(read_lists(tmp_path / "t.parquet", "values"), values)
+
+
+def test_a_table_may_be_empty(tmp_path):
+    write_table({"kind": [], "name": [], "values": []}, tmp_path / "t.parquet", TABLE)
+    assert read_table(tmp_path / "t.parquet").empty
