@@ -94,7 +94,7 @@ class Drawing:
                 axes = figure.add_axes((left, lowest, right - left, pitch - between))
                 image = strip.draw(axes, row, picked, limit)
                 strip.shade(axes, self.gap_s)
-                axes.set_ylabel("Hz")
+                axes.set_ylabel("frequency (Hz)")
                 titles = [f"{row.title}   {self.shown[0]}", *self.shown[1:]]
                 strip.label(axes, titles, times=i == len(rows) - 1)
             span = min(1.6 / height, 0.8)

@@ -97,8 +97,7 @@ class Scalp:
 
     def _colours(self, axes: Axes, strip: Floats, middles: Floats, limit: float) -> None:
         disc = Path.unit_circle()
-        corners = np.asarray(disc.vertices)
-        discs = Path.make_compound_path(*(Path(corners + [x, 0], disc.codes) for x in middles))
+        discs = Path.make_compound_path(*(Path(np.asarray(disc.vertices) + [x, 0], disc.codes) for x in middles))
         left, right = middles[0] - 1, middles[-1] + 1
         image = axes.imshow(
             strip, cmap="RdBu_r", vmin=-limit, vmax=limit, origin="lower", aspect="auto", interpolation="bilinear",
