@@ -123,16 +123,19 @@ class _Kernel:
         if self.half:
             centred[-self.half :] = taps[: self.half]
         self.spectrum = rfft(centred).real
+        # Held for all channels, since the system clears fresh memory page by page. Not so the result's: giving back as
+        # much makes the C library keep what the blocks' spectra need, instead of asking the system for each of them.
+        self.padded = np.empty(self.n_blocks * self.hop + 2 * self.half)
 
     def apply(self, x: np.ndarray) -> np.ndarray:
         from scipy.fft import irfft, rfft
 
-        padded = np.empty(self.n_blocks * self.hop + 2 * self.half)
+        padded = self.padded
+        out = np.empty((self.n_blocks, self.hop))
         padded[: self.half] = x[0]
         padded[self.half : self.half + self.n_samples] = x
         padded[self.half + self.n_samples :] = x[-1]
         blocks = np.lib.stride_tricks.sliding_window_view(padded, self.block)[:: self.hop]
-        out = np.empty((self.n_blocks, self.hop))
         for i in range(0, self.n_blocks, _BLOCKS_AT_ONCE):
             spectrum = rfft(blocks[i : i + _BLOCKS_AT_ONCE], axis=1)
             spectrum *= self.spectrum

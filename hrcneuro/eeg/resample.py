@@ -139,22 +139,25 @@ class _Stretch:
             reached = (tap >= 0) & (tap < len(taps))
             weights = np.where(reached, taps[np.where(reached, tap, 0)], 0.0)
             self.runs.append((slice(first, last), low - start + self.pad, weights))
-        self.length = stop - start + 2 * self.pad + self.old_step + max(len(w) for *_, w in self.runs)
+        # Held for all channels: the system clears fresh memory page by page. The zeros at the end serve the new samples
+        # that fill the last repetition.
+        length = stop - start + 2 * self.pad + self.old_step + max(len(w) for *_, w in self.runs)
+        self.padded, self.out = np.zeros(length), np.empty((self.repetitions, self.new_step))
 
     def apply(self, channel: np.ndarray) -> np.ndarray:
-        padded = self._padded(channel[self.start : self.stop])
-        out = np.empty((self.repetitions, self.new_step))
+        """Return the stretch's new samples; the next call overwrites them."""
+        padded, out = self._padded(channel[self.start : self.stop]), self.out
         for new, first, weights in self.runs:
             rows = np.lib.stride_tricks.sliding_window_view(padded[first:], len(weights))[:: self.old_step]
             np.matmul(rows[: self.repetitions], weights, out=out[:, new])
         return out.ravel()[: self.new_stop - self.new_start]
 
     def _padded(self, old: np.ndarray) -> np.ndarray:
-        """Return the stretch, continued at both ends, and zeros for the new samples that fill the last repetition."""
+        """Return the stretch, continued at both ends, and zeros."""
         # The ends suffice to continue them; a short stretch is reflected more than once.
         ends = np.concatenate([old[: self.pad + 1], old[-self.pad - 1 :]]) if len(old) > 2 * self.pad + 2 else old
         ends = np.pad(ends, self.pad, mode="reflect", reflect_type="odd")
-        padded = np.zeros(self.length)
+        padded = self.padded
         padded[: self.pad] = ends[: self.pad]
         padded[self.pad : self.pad + len(old)] = old
         padded[self.pad + len(old) : 2 * self.pad + len(old)] = ends[len(ends) - self.pad :]
