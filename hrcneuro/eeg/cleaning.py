@@ -28,6 +28,7 @@ class Recipe:
     h_freq: float
     sfreq: float
     filter: str = "zero_phase"
+    transition: str = "achieved"
     causal_l_freq: float = 0.1
     eog: str = "regression"
     eog_offset: bool = True
@@ -138,7 +139,7 @@ def _check(signals: Signals, recipe: Recipe) -> float:
     if recipe.filter == "causal":
         filters.check_band(signals.sfreq, recipe.causal_l_freq, recipe.h_freq)
         return recipe.h_freq
-    return filters.design(signals.sfreq, recipe.l_freq, recipe.h_freq).high
+    return filters.design(signals.sfreq, recipe.l_freq, recipe.h_freq, transition=recipe.transition).high
 
 
 def _band_pass(signals: Signals, recipe: Recipe) -> None:
@@ -146,7 +147,8 @@ def _band_pass(signals: Signals, recipe: Recipe) -> None:
         band = recipe.causal_l_freq, recipe.h_freq
         filters.causal(signals.data, signals.sfreq, *band, borders=signals.borders)
     else:
-        taps = filters.bandpass_taps(signals.sfreq, recipe.l_freq, recipe.h_freq)
+        band = recipe.l_freq, recipe.h_freq
+        taps = filters.bandpass_taps(signals.sfreq, *band, transition=recipe.transition)
         filters.zero_phase(signals.data, taps, borders=signals.borders)
 
 

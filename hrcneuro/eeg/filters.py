@@ -16,6 +16,7 @@ from hrcneuro.errors import ConfigError
 
 # Width of a Hamming window's transition band, in units of the sampling rate divided by the order.
 _HAMMING_WIDTH = 3.3
+TRANSITIONS = ("achieved", "requested")
 _CAUSAL_ORDER = 4
 # Blocks of a few dozen kilosamples stay in the processor's cache; longer transforms only cost time.
 _MIN_BLOCK = 16384
@@ -32,22 +33,27 @@ class Design:
     high: float
 
 
-def design(sfreq: float, l_freq: float, h_freq: float) -> Design:
+def design(sfreq: float, l_freq: float, h_freq: float, *, transition: str = "achieved") -> Design:
     """Return what EEGLAB's default heuristic makes of pass-band edges (Widmann et al. 2015).
 
-    The transition band is a quarter of the lower edge, but at least 2 Hz where there is room for it between 0 and the
-    lower edge and between the upper edge and Nyquist; the order is the next even one, and the transition band becomes
-    what that order gives. doi:10.1016/j.jneumeth.2014.08.002
+    The requested transition band is a quarter of the lower edge, but at least 2 Hz where there is room for it between
+    0 and the lower edge and between the upper edge and Nyquist; the order is the next even one, whose transition band
+    is a little narrower. The -6 dB points lie half a band outside the edges: half the achieved one, as
+    ``pop_eegfiltnew`` has them where it is given that order, or half the requested one, as where it finds the order
+    itself. At 1000 Hz, 1–40 Hz, they are the same. doi:10.1016/j.jneumeth.2014.08.002
 
     Raises:
         ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+        ValueError: ``transition`` is neither ``achieved`` nor ``requested``.
     """
     check_band(sfreq, l_freq, h_freq)
+    if transition not in TRANSITIONS:
+        raise ValueError(f"transition is {transition!r}; allowed: {', '.join(TRANSITIONS)}")
     room = min(l_freq, sfreq / 2 - h_freq)
-    width = min(max(0.25 * l_freq, 2.0), room)
-    order = math.ceil(_HAMMING_WIDTH / (width / sfreq) / 2) * 2
-    transition = _HAMMING_WIDTH / order * sfreq
-    return Design(order, transition, l_freq - transition / 2, h_freq + transition / 2)
+    requested = min(max(0.25 * l_freq, 2.0), room)
+    order = math.ceil(_HAMMING_WIDTH / (requested / sfreq) / 2) * 2
+    width = _HAMMING_WIDTH / order * sfreq if transition == "achieved" else requested
+    return Design(order, width, l_freq - width / 2, h_freq + width / 2)
 
 
 def check_band(sfreq: float, l_freq: float, h_freq: float) -> None:
@@ -64,16 +70,16 @@ def check_band(sfreq: float, l_freq: float, h_freq: float) -> None:
         )
 
 
-def bandpass_taps(sfreq: float, l_freq: float, h_freq: float) -> np.ndarray:
+def bandpass_taps(sfreq: float, l_freq: float, h_freq: float, *, transition: str = "achieved") -> np.ndarray:
     """Return the band-pass's taps, shape (order + 1,): the difference of two low-passes.
 
     Each low-pass is a sinc under a Hamming window with unit gain at 0 Hz, as in firfilt, so the band-pass has exactly
     no gain there; a window around the difference of the sincs (``scipy.signal.firwin``) has not.
 
     Raises:
-        ConfigError: See :func:`design`.
+        ConfigError, ValueError: See :func:`design`.
     """
-    made = design(sfreq, l_freq, h_freq)
+    made = design(sfreq, l_freq, h_freq, transition=transition)
     return lowpass_taps(sfreq, made.high, made.order) - lowpass_taps(sfreq, made.low, made.order)
 
 

@@ -32,6 +32,11 @@ class Config:
         "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass and fourth-order low-pass, as live",
         choices=("zero_phase", "causal"),
     )
+    transition: str = option(
+        "achieved",
+        "transition bands of zero_phase: as the order makes them, or as asked for (pop_eegfiltnew without an order)",
+        choices=("achieved", "requested"),
+    )
     causal_l_freq: float = option(0.1, "high-pass of the causal filter", unit="Hz", low=0, open_low=True)
     eog: str = option("regression", "how eye movements are removed", choices=("regression", "none"))
     eog_offset: bool = option(
@@ -155,7 +160,9 @@ def _recipe(config: Config) -> Recipe:
 def _taps(config: Config, sfreq: float) -> np.ndarray | None:
     from hrcneuro.eeg.filters import bandpass_taps
 
-    return bandpass_taps(sfreq, config.l_freq, config.h_freq) if config.filter == "zero_phase" else None
+    if config.filter == "causal":
+        return None
+    return bandpass_taps(sfreq, config.l_freq, config.h_freq, transition=config.transition)
 
 
 def _clean_raw(raw: mne.io.BaseRaw, cleaned: Cleaned, config: Config) -> mne.io.BaseRaw:

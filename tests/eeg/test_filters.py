@@ -57,6 +57,23 @@ def test_design_gives_eeglabs_numbers():
     assert at_128.transition == pytest.approx(0.996226, abs=5e-7)
 
 
+def test_original_taps_at_the_rates_of_recordings():
+    # First, quarter and middle tap from firfilt's own design in GNU Octave: with the order found, and with it given.
+    original = {
+        (1000, "requested"): [6.603327003804498e-08, -5.2275812398936e-07, 0.08000065789757926],
+        (1000, "achieved"): [6.603327003804498e-08, -5.2275812398936e-07, 0.08000065789757926],
+        (256, "requested"): [2.465926809034205e-05, -0.0006138951786401613, 0.3125213049456794],
+        (256, "achieved"): [2.405714728803704e-05, -0.0006083652508473595, 0.31251077909927494],
+        (100, "requested"): [6.650224976756597e-07, -0.0024095048819383572, 0.8000785364596931],
+    }
+    for (sfreq, transition), values in original.items():
+        taps = filters.bandpass_taps(sfreq, 1, 40, transition=transition)
+        np.testing.assert_allclose(taps[[0, len(taps) // 4, len(taps) // 2]], values, rtol=0, atol=1e-14)
+    assert filters.design(128, 1, 40, transition="requested").transition == 1.0
+    with pytest.raises(ValueError, match="allowed: achieved, requested"):
+        filters.design(128, 1, 40, transition="wide")
+
+
 def test_transition_band_is_as_wide_as_there_is_room_for():
     # 0.5 Hz to the lower edge; 2 Hz where the lower edge leaves them; a quarter of a high edge; up to Nyquist.
     wide = {(250, 0.5, 40): 0.5, (250, 4, 40): 2.0, (1000, 20, 100): 5.0, (100, 10, 49): 1.0}

@@ -49,7 +49,8 @@ def product(tmp_path):
 
 def test_defaults_are_the_papers():
     assert params(Config()) == {
-        "l_freq": 1.0, "h_freq": 40.0, "sfreq": 512.0, "filter": "zero_phase", "causal_l_freq": 0.1,
+        "l_freq": 1.0, "h_freq": 40.0, "sfreq": 512.0, "filter": "zero_phase", "transition": "achieved",
+        "causal_l_freq": 0.1,
         "eog": "regression", "eog_offset": True, "bad_channels": "kurtosis", "threshold": 2.0,
         "interpolation": "eeglab", "unplaced": "error", "reference": "average", "keep_steps": False,
     }  # fmt: skip
