@@ -20,6 +20,8 @@ _MAX_FACTOR = 1000
 _ATTENUATION_DB = 120.0
 # New samples that are computed together: enough for a quick product, few enough that most weights are not zero.
 _RUN = 32
+# The low-pass lasts about 8 s divided by its transition band in Hz, and each new sample costs as many products.
+_MIN_TRANSITION_HZ = 1.0
 
 
 @dataclass(frozen=True)
@@ -70,15 +72,17 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     itself: the filter before has taken it away.
 
     Raises:
-        ConfigError: ``pass_freq`` is not below the new Nyquist rate.
+        ConfigError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
     """
-    if not 0 < pass_freq < made.sfreq / 2:
-        raise ConfigError(
-            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz",
-            cure=f"set preprocess.sfreq above {2 * pass_freq:g} Hz, or lower preprocess.h_freq",
-        )
     grid = made.source * made.up
     width = made.sfreq - 2 * pass_freq
+    if width < _MIN_TRANSITION_HZ:
+        raise ConfigError(
+            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz: the low-pass before "
+            f"it has {max(width, 0):.2g} Hz to fall in, and needs {_MIN_TRANSITION_HZ:g}",
+            cure=f"set preprocess.sfreq to {math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ)} Hz or more, or lower "
+            "preprocess.h_freq",
+        )
     # Kaiser's formulas (Oppenheim & Schafer, Discrete-Time Signal Processing, §7.5.3): this many taps, this window.
     # scipy.signal has them too, but takes half a second to import.
     n_taps = math.ceil((_ATTENUATION_DB - 7.95) / (2.285 * 2 * math.pi * width / grid) + 1) | 1

@@ -60,13 +60,37 @@ def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "
     Raises:
         ConfigError: A query or the split names no column, or a query is no condition.
     """
-    table = _with_booleans(trials)
-    members = {name: _matching(table, name, query) for name, query in conditions.items()}
+    everyone = (ALL, np.ones(len(trials), bool))
+    members = matching(trials, conditions)
     return [
         Cell(scenario, name, mask & inside)
-        for scenario, inside in _scenarios(trials, split)
+        for scenario, inside in [everyone, *scenarios(trials, split)]
         for name, mask in members.items()
     ]
+
+
+def matching(trials: pd.DataFrame, conditions: Mapping[str, str]) -> dict[str, NDArray[np.bool_]]:
+    """Return which trials belong to each condition; arguments and errors as for :func:`cells`."""
+    table = _with_booleans(trials)
+    return {name: _matching(table, name, query) for name, query in conditions.items()}
+
+
+def scenarios(trials: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Return each value of the column ``split``, sorted, and which trials have it; none where ``split`` is empty.
+
+    Raises:
+        ConfigError: The split names no column.
+    """
+    if not split:
+        return []
+    if split not in trials:
+        raise ConfigError(
+            f"study.split = {split!r} is no column of the trial table{did_you_mean(split, map(str, trials.columns))}",
+            cure=f"use one of {', '.join(map(str, trials.columns))}, or leave it empty",
+        )
+    column = trials[split]
+    values = sorted(column.dropna().unique(), key=str)
+    return [(str(value), (column == value).to_numpy(bool)) for value in values]
 
 
 def strata(
@@ -130,20 +154,6 @@ def nearest_channel(wanted: str, names: Iterable[str]) -> str:
     by_lower = {name.lower(): name for name in reversed(names)}
     midline = ("Cz", "CPz", "FCz", "Pz", "Fz", "POz", "Oz", "FPz")
     return next((by_lower[w.lower()] for w in (wanted, *midline) if w.lower() in by_lower), names[0])
-
-
-def _scenarios(trials: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bool_]]]:
-    found = [(ALL, np.ones(len(trials), bool))]
-    if not split:
-        return found
-    if split not in trials:
-        raise ConfigError(
-            f"study.split = {split!r} is no column of the trial table{did_you_mean(split, map(str, trials.columns))}",
-            cure=f"use one of {', '.join(map(str, trials.columns))}, or leave it empty",
-        )
-    column = trials[split]
-    values = sorted(column.dropna().unique(), key=str)
-    return found + [(str(value), (column == value).to_numpy(bool)) for value in values]
 
 
 def _with_booleans(trials: pd.DataFrame) -> pd.DataFrame:

@@ -90,6 +90,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
+    from hrcneuro.eeg.selection import ALL, scenarios
     from hrcneuro.io.fif import read_eeg_epochs
     from hrcneuro.tables.decode import SubjectTables
 
@@ -111,7 +112,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         mean_window_s=(config.mean_window_s[0], config.mean_window_s[1]),
         shrinkage=config.shrinkage,
     )
-    for scenario, inside in _scenarios(config.split, table):
+    for scenario, inside in scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
         for name, (class1, class2) in config.problems.items():
             rows = np.flatnonzero(inside & (members[class1] | members[class2]))
             trials = _trials(table.iloc[rows], members[class2][rows])
@@ -144,27 +145,13 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     return decode_group.write(scores, config, np.random.default_rng([config.seed, *b"group"]), out)
 
 
-def _scenarios(split: str, table: pd.DataFrame) -> list[tuple[str, np.ndarray]]:
-    """Return each value of the split column with the rows that have it; one, "all", without a column."""
-    import numpy as np
-
-    if not split:
-        return [("all", np.ones(len(table), dtype=bool))]
-    if split not in table:
-        raise ConfigError(
-            f"study.split = {split!r}{did_you_mean(split, table.columns)} is no column of the epochs' trial table",
-            cure=f"use one of {', '.join(map(str, table.columns))}, or leave it empty",
-        )
-    values = table[split]
-    return [(str(v), (values == v).to_numpy(dtype=bool)) for v in sorted(values.dropna().unique())]
-
-
 def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return condition -> which rows belong to it, for the conditions that problems use."""
-    found: dict[str, np.ndarray] = {}
+    from hrcneuro.eeg.selection import matching
+
+    used = {name for classes in config.problems.values() for name in classes}
+    found = matching(table, {name: query for name, query in config.conditions.items() if name in used})
     for problem, classes in config.problems.items():
-        for name in classes:
-            found[name] = _matching(table, name, config.conditions[name])
         both = int((found[classes[0]] & found[classes[1]]).sum())
         if both:
             raise ConfigError(
@@ -172,18 +159,6 @@ def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
                 cure="make the two conditions exclude each other",
             )
     return found
-
-
-def _matching(table: pd.DataFrame, name: str, query: str) -> np.ndarray:
-    import numpy as np
-
-    try:
-        return np.asarray(table.eval(query, engine="python"), dtype=bool)
-    except Exception as error:  # pandas raises whatever the expression leads it to
-        raise ConfigError(
-            f"condition {name} = {query!r} cannot be evaluated on the trial table: {error}",
-            cure=f"use its columns: {', '.join(map(str, table.columns))}",
-        ) from error
 
 
 def _trials(rows: pd.DataFrame, labels: np.ndarray) -> Trials:

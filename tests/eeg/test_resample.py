@@ -135,6 +135,13 @@ def test_the_taps_are_scipys(source):
     np.testing.assert_allclose(resample.antialias_taps(made, 40.5), expected, rtol=0, atol=1e-13 * made.up)
 
 
+def test_a_band_that_leaves_no_room_for_the_low_pass_is_refused_before_hours_are_spent_on_it():
+    with pytest.raises(ConfigError, match=r"0\.5 Hz to fall in, and needs 1\n  cure: set preprocess\.sfreq to 82 Hz"):
+        resample.antialias_taps(resample.ratio(1000, 81.5), pass_freq=40.5)
+    made = resample.ratio(1000, 82)
+    assert len(resample.antialias_taps(made, 40.5)) / (made.up * made.source) < 10
+
+
 def test_equals_the_exact_resampling_of_a_periodic_signal():
     from scipy.signal import resample as by_fft
     from scipy.signal import resample_poly

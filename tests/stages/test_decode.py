@@ -245,8 +245,17 @@ def test_the_group_leaves_out_what_was_not_computed(study, tmp_path):
 @pytest.mark.parametrize(
     ("change", "error", "text"),
     [
-        ({"split": "scenari"}, ConfigError, r"study.split = 'scenari' \(did you mean 'scenario'"),
-        ({"conditions": {**QUICK.conditions, "HH_before": "condition == 'HH'"}}, ConfigError, "condition HH_before = "),
+        ({"split": "scenari"}, ConfigError, r"split = 'scenari' is no column .*did you mean 'scenario'"),
+        (
+            {"conditions": {**QUICK.conditions, "HH_before": "condition == 'HH'"}},
+            ConfigError,
+            "HH_before = .* evaluated",
+        ),
+        (
+            {"conditions": {**QUICK.conditions, "HR_before": "trial"}},
+            ConfigError,
+            "HR_before = 'trial' gives int64 values",
+        ),
         (
             {"conditions": {**QUICK.conditions, "HH_before": "condition_before in ['HH', 'HR']"}},
             ConfigError,
@@ -258,6 +267,12 @@ def test_the_group_leaves_out_what_was_not_computed(study, tmp_path):
 def test_poor_configuration_meets_the_data(study, change, error, text):
     with pytest.raises(error, match=text):
         study(replace(QUICK, **change))
+
+
+def test_a_split_column_without_a_value_leaves_one_scenario(study):
+    epochs = epochs_of(trial_table(COUNTS, np.random.default_rng(0)).assign(scenario=None))
+    summary, _ = study(QUICK, epochs=epochs)
+    assert list(summary) == ["all"]
 
 
 def test_samples_that_are_not_finite_stop_the_stage(study):

@@ -98,7 +98,7 @@ def expected(recording) -> dict[str, np.ndarray]:
 
 
 def firfilt_taps(sfreq: float) -> np.ndarray:
-    """pop_eegfiltnew(EEG, 1, 40, 424) at 128 Hz: order 424, transition band 0.996226 Hz, difference of two low-passes."""
+    """pop_eegfiltnew(EEG, 1, 40, 424) at 128 Hz: a transition band of 0.996226 Hz, two low-passes."""
     order = 424
     width = 3.3 / order * sfreq
     assert width == pytest.approx(0.996226, abs=1e-6)
