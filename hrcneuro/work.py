@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
+import sys
 import time
 import traceback
 import warnings
@@ -70,7 +72,8 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     with store.workspace(job.stage, job.unit, job.key) as work, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
-        with threadpool_limits(1):
+        # What libraries print goes to standard error: on standard output it would spoil --json.
+        with threadpool_limits(1), contextlib.redirect_stdout(sys.stderr):
             try:
                 summary = run(job.config, job.inputs, work)
             except OSError as error:

@@ -117,6 +117,22 @@ def test_everything_runs_once_and_is_then_a_hit_with_the_same_summary(house, wor
     assert [i.summary for i in first] == [i.summary for i in again]
 
 
+def test_what_a_library_prints_does_not_reach_standard_output(house, workdir, capsys, monkeypatch):
+    quiet = house.load
+
+    def load(name):
+        stage = quiet(name)
+        inner = getattr(stage, "run", None) or stage.run_group
+        loud = lambda *args: (print("hello from a library"), inner(*args))[1]  # noqa: E731
+        return SimpleNamespace(**{**vars(stage), "run" if hasattr(stage, "run") else "run_group": loud})
+
+    monkeypatch.setattr(stages, "load", load)
+    assert set(states(bring(settings(), workdir)).values()) == {"ran"}
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("hello from a library") == 5
+
+
 def test_an_unchanged_output_stops_reruns(house, workdir):
     bring(settings(), workdir)
     items = bring(settings(source=2), workdir)

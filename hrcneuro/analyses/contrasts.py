@@ -260,7 +260,9 @@ def channel_adjacency(positions: pd.DataFrame) -> Any:
     info = mne.create_info(list(positions.index), 1.0, "eeg")
     places = dict(zip(positions.index, positions.to_numpy(), strict=True))
     info.set_montage(mne.channels.make_dig_montage(places, coord_frame="head"), verbose="error")
-    adjacency, _ = mne.channels.find_ch_adjacency(info, "eeg")
+    # It tells at length that it found no template of the cap; it has no argument that keeps it quiet.
+    with mne.use_log_level("error"):
+        adjacency, _ = mne.channels.find_ch_adjacency(info, "eeg")
     return adjacency
 
 

@@ -275,9 +275,10 @@ def test_a_group_without_contrasts_has_empty_statistics(tmp_path):
     assert not (out / "erp.png").exists()
 
 
-def test_cluster_correction(tmp_path):
+def test_cluster_correction(tmp_path, capsys):
     config = dataclasses.replace(SMALL, correction="cluster")
     summary, out = run_group(tmp_path, 6, config, effect_uv=12, sfreq=64.0, n=120)
+    assert capsys.readouterr().out == ""
     assert summary["correction"] == "cluster"
     assert summary["contrasts"]["all"]["RH-RR_before"]["significant"] > 0
     assert describe(out / "erp_stats.parquet").columns["p"].text.startswith("two-sided p corrected")
