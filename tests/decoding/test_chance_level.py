@@ -70,12 +70,12 @@ def test_a_clear_effect_has_the_smallest_p():
 def test_the_permutation_test_holds_its_size():
     rng = np.random.default_rng(3)
     p = []
-    for _ in range(150):
+    for _ in range(1000):
         rows, labels = rng.normal(size=(24, 3)), rng.permutation(24) < 10
         p.append(p_value(rows, labels, np.zeros(24, dtype=int), n=19, folds=3))
-    # Under no effect p <= 0.2 in at most 20 % of studies; 150 of them scatter by 3.3 %.
-    assert np.mean(np.array(p) <= 0.2) < 0.2 + 3 * 0.033
-    assert np.mean(p) > 0.42
+    # Under no effect p <= 0.05 in at most 5 % of studies; equal accuracies make it a little fewer.
+    assert 0.035 <= np.mean(np.array(p) <= 0.05) <= 0.065
+    assert 0.5 <= np.mean(p) <= 0.56
 
 
 def p_value(rows, labels, blocks, *, n=39, folds=5):

@@ -186,8 +186,8 @@ def test_cluster_test_without_any_cluster():
 def test_family_wise_error_of_clusters():
     # 3 of 64 flips: 4.7 %.
     random, adjacency = rng(13), mne.stats.combine_adjacency(2, 6)
-    hits = [cluster_test(random.standard_normal((7, 2, 6)), adjacency).significant.any() for _ in range(250)]
-    assert 0.015 <= np.mean(hits) <= 0.085
+    hits = [cluster_test(random.standard_normal((7, 2, 6)), adjacency).significant.any() for _ in range(1000)]
+    assert 0.035 <= np.mean(hits) <= 0.065
 
 
 def test_the_scaled_sum_is_students_t():
