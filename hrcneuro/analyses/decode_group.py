@@ -44,7 +44,9 @@ TESTS = Table(
         "significant": Column("bool", "", "p_holm < 0.05"),
         "acc": Column("float", "%", "mean accuracy"),
         "chance": Column("float", "%", "mean chance level over subjects, scenarios and problems"),
-        "above_chance": Column("bool", "", "the paper's own rule: mean accuracy above the mean chance level"),
+        "above_chance": Column(
+            "bool", "", "the paper's own rule: mean accuracy above the mean chance level; null where n = 0"
+        ),
         "published_above": Column("bool", "", "the paper's verdict; null where it has none"),
     },
 )
@@ -121,7 +123,7 @@ def test_table(scores: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
                 "p": group.sign_flip_p(done["bacc"].to_numpy(dtype=float) - 50, rng),
                 "acc": acc,
                 "chance": chance,
-                "above_chance": bool(acc > chance),
+                "above_chance": bool(acc > chance) if len(done) else None,
                 "published_above": None if published is None else published["acc"][0] > group.PUBLISHED_CHANCE,
             }
         )

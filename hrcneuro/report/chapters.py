@@ -115,8 +115,7 @@ def _tests(tests: Any) -> str:
             f"{r['bacc']:.1f}",
             _p(r["p"]),
             _p(r["p_holm"]),
-            "yes" if r["above_chance"] else "no",
-            {True: "yes", False: "no"}.get(r["published_above"], "-"),
+            *({True: "yes", False: "no"}.get(r[name], "-") for name in ("above_chance", "published_above")),
         ]
         for r in tests.to_dict("records")
     ]

@@ -41,7 +41,7 @@ class Config:
     )
     split: str = option("scenario", "trial column whose values are decoded apart; empty for none", shared="split")
     decoders: tuple[str, ...] = option(
-        ("rlda",), "names of recipes; the first enters the summary, the others are compared with it"
+        ("rlda", "rlda_600"), "names of recipes; the first enters the summary, the others are compared with it"
     )
     recipes: dict[str, Recipe] = option({}, "recipes of your own, [decode.recipes.NAME], beside the built-in ones")
     mean_window_s: tuple[float, ...] = option((0.0, 0.8), "start and end of the mean that is removed", unit="s")

@@ -21,7 +21,7 @@ from hrcneuro.stages import decode
 # MNE 1.13 itself uses what pandas 3.1 deprecates when it reads the trial table of a FIF file.
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword:DeprecationWarning")
 
-QUICK = decode.Config(repeats=2, permutations=0)
+QUICK = decode.Config(decoders=("rlda",), repeats=2, permutations=0)
 RATES = ["tnr", "tpr", "acc", "bacc"]
 
 
@@ -240,6 +240,17 @@ def test_the_group_leaves_out_what_was_not_computed(study, tmp_path):
     assert summary["iC"]["RRvsRH"]["n"] == 1
     assert summary["warnings"] == ["not computed, so left out of the group: s02 iC RRvsRH"]
     json.dumps(summary, allow_nan=False)
+    decode.run_group(QUICK, Inputs.of("group", decode={"s02": folders["s02"]}), out)
+    tests = read_table(out / "group_tests.parquet").set_index(["scenario", "problem"])
+    assert tests.loc[("iC", "RRvsRH"), "n"] == 0
+    assert tests.loc[("iC", "RRvsRH"), "above_chance"] is None or np.isnan(tests.loc[("iC", "RRvsRH"), "above_chance"])
+
+
+def test_the_0_to_600_ms_mean_stands_beside_the_papers_by_default(study):
+    assert decode.Config().decoders == ("rlda", "rlda_600")
+    _, out = study(replace(QUICK, decoders=decode.Config().decoders, repeats=1))
+    scores = read_table(out / "scores.parquet").groupby("decoder", observed=True)["bacc"].mean()
+    assert scores["rlda"] != scores["rlda_600"]
 
 
 @pytest.mark.parametrize(
