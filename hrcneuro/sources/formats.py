@@ -128,8 +128,8 @@ def _sort_annotations(recording: Recording, raw: mne.io.BaseRaw) -> None:
         # MNE counts an annotation from where the clock started, a FIF's first sample may come later.
         onset, text = float(mark["onset"]) - raw.first_time, _marker_name(mark["description"])
         if text in _BREAKS:
-            # A latency between two samples: the new segment begins at the second. The margin is for rounding.
-            breaks.add(int(np.ceil(onset * recording.sfreq - 1e-3)))
+            # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
+            breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
         elif text.upper().startswith(("BAD", "EDGE")):
             if text != "BAD boundary":
                 recording.spans.append((onset, float(mark["duration"]), text))

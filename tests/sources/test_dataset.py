@@ -51,12 +51,14 @@ def test_a_folder_with_all_quirks_gives_the_trials_that_were_logged(study, confi
 
 
 def test_breaks_are_marked_at_the_first_sample_of_the_new_segment(study, config, tmp_path):
-    study(others=[("boundary", 2000.5), ("boundary", 0.5)])
+    study(others=[("boundary", at) for at in (0.5, 2000.5, 2500.25, 3000.75, 3500.0)])
     summary = run(config, tmp_path / "out")
     marks = [(a["description"], round(a["onset"] * 256, 3)) for a in read_raw(tmp_path / "out/s01_raw.fif").annotations]
-    # 1-based 2000.5 lies between the samples that count 1999 and 2000 from zero.
-    assert summary["breaks"] == 1
-    assert {m for m in marks if "boundary" in m[0]} == {("BAD boundary", 2000.0), ("EDGE boundary", 2000.0)}
+    # 1-based 2000.5 lies between the samples that count 1999 and 2000 from zero; firfilt's segments (findboundaries
+    # run in GNU Octave) begin at the 1-based samples fix(latency + 0.5): 2001, 2500, 3001 and 3500.
+    assert summary["breaks"] == 4
+    starts = (2000.0, 2499.0, 3000.0, 3499.0)
+    assert {m for m in marks if "boundary" in m[0]} == {(f"{n} boundary", at) for at in starts for n in ("BAD", "EDGE")}
 
 
 def test_samples_are_volts_and_positions_are_known(study, config, tmp_path, noise_uv):
