@@ -26,7 +26,7 @@ def quality_table(eog_names: list[str]) -> Table:
         {
             "channel": Column("string", "", "channel"),
             "kurtosis": Column("float", "", "m4 / m2² after the filter and the EOG step; null for a flat channel"),
-            "z": Column("float", "SD", "kurtosis normalised by the channels' trimmed mean and SD; null where flat"),
+            "z": Column("float", "SD", "kurtosis normalised by the trimmed mean and SD; null where flat or marked"),
             "reason": Column("category", "", "why the channel is bad: kurtosis, flat, marked; null where it is good"),
             "interpolated": Column("bool", "", "the channel was made from the others"),
             "rms_before_uv": Column("float", "µV", "RMS after the band-pass"),
