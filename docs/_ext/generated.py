@@ -104,7 +104,8 @@ def artifacts(stage: str) -> str:
         text += [""]
     figures = getattr(stages.load(stage), "FIGURES", {})
     if figures:
-        text += ["### Figures", ""] + [f"- `{name}`: {caption}." for name, caption in figures.items()]
+        text += ["### Figures", "", "Each as PNG (200 dpi) and as PDF.", ""]
+        text += [f"- `{name}`: {caption}." for name, caption in figures.items()]
     return "\n".join(text)
 
 

@@ -14,7 +14,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 
-from hrcneuro.figures.simulate import EMPIRICAL, GREY, STYLE, save
+from hrcneuro.figures.simulate import EMPIRICAL
+from hrcneuro.figures.style import BLUE, GREEN, GREY, INK, ORANGE, PLACED, PURPLE, SKY, save
 from hrcneuro.learning.compare import Comparison, paired
 from hrcneuro.learning.simulations import Curve, Variant
 
@@ -30,11 +31,11 @@ _NAMES = {
 _COLOURS = {
     "paper": EMPIRICAL,
     "votes": "#999999",
-    "confidence": "#E69F00",
-    "bayes": "#56B4E9",
-    "bayes_graded": "#0072B2",
-    "forgetting": "#CC79A7",
-    "adaptive": "#009E73",
+    "confidence": ORANGE,
+    "bayes": SKY,
+    "bayes_graded": BLUE,
+    "forgetting": PURPLE,
+    "adaptive": GREEN,
 }
 _MINUTES = (1, 2, 5, 10, 20, 40, 80)
 _AXIS_LABELS = {
@@ -53,7 +54,7 @@ def learners(variants: Sequence[Variant], found: Comparison, path: Path) -> None
     shown = [i for i, v in enumerate(variants) if v.name.endswith("emp") and v.simulation != "SIM2"]
     top = shown[:3]
     difference, half = paired(found.values[:, :, 0:1])
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 6.4))
         upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(1, 1.15), squeeze=False)).ravel()
         for k, (axes, i) in enumerate(zip(np.atleast_1d(upper.subplots(1, len(top))), top, strict=True)):
@@ -95,8 +96,8 @@ def _title(variant: Variant) -> str:
 
 def confound(variants: Sequence[Variant], curves: Sequence[Curve], path: Path) -> None:
     """Draw learning from decoders of the same rates that answer to different things."""
-    colours = (EMPIRICAL, "#E69F00", "#56B4E9", "#222222")
-    with rc_context(STYLE):
+    colours = (EMPIRICAL, ORANGE, SKY, INK)
+    with rc_context(PLACED):
         figure = Figure(figsize=(4.6, 3.2))
         axes = figure.subplots()
         for variant, curve, colour in zip(variants, curves, colours, strict=True):
@@ -121,7 +122,7 @@ def sweep(slices: Sequence[tuple[str, pd.DataFrame]], config: Any, path: Path) -
     Where tasks change, the first time at 80 % says little: that panel shows the accuracy at the end instead.
     """
     slices = [(axis, part) for axis, part in slices if part["accuracy"].nunique() > 1]
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         across = max(1, min(3, len(slices)))
         down = max(1, -(-len(slices) // across))
         figure = Figure(figsize=(1.4 + 2.3 * across, 0.8 + 2.2 * down))

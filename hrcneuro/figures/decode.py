@@ -6,14 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
 
 from hrcneuro.decoding.group import PUBLISHED
+from hrcneuro.figures.style import BLUE, GREY, INK, PLACED, save
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-_INK, _SOFT, _MEAN, _PAPER, _FREE = "#222222", "#8a8f98", "#b0246a", "#1f6fb4", "#b36b00"
+_MEAN, _PAPER, _FREE = "#b0246a", BLUE, "#b36b00"
 
 # Rows below the subjects: means over subjects of what qualifies the plain result.
 _BELOW = {
@@ -31,17 +34,20 @@ def draw(scores: pd.DataFrame, path: Path) -> None:
 
     Args:
         scores: One decoder's rows of scores.parquet with a column ``subject``; only computed ones.
-        path: The PNG file.
+        path: The PNG file; the PDF lies beside it.
     """
-    from matplotlib.figure import Figure
+    with rc_context(PLACED):
+        save(_figure(scores), path)
 
+
+def _figure(scores: pd.DataFrame) -> Figure:
     panels = list(scores.groupby(["scenario", "problem"], sort=True))
     subjects = sorted(scores["subject"].unique())
     below = [name for name in _BELOW if np.isfinite(scores[name]).any()]
     columns = min(len(panels), 4)
     lines = -(-len(panels) // columns)
     height = lines * (1.4 + 0.24 * (len(subjects) + len(below)))
-    figure = Figure(figsize=(1.8 + 2.9 * columns, height), layout="constrained")
+    figure = Figure(figsize=(1.8 + 2.9 * columns, height))
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for axis, ((scenario, problem), part) in zip(axes.flat, panels, strict=False):
         _panel(axis, part, subjects, below, (str(scenario), str(problem)))
@@ -53,18 +59,18 @@ def draw(scores: pd.DataFrame, path: Path) -> None:
         axis.set_xlabel("balanced accuracy (%)")
     handles, texts = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=len(texts), frameon=False, fontsize=8)
-    figure.savefig(path, dpi=120, metadata={"Software": None})
+    return figure
 
 
 def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], below: list[str], key: tuple[str, str]) -> None:
     rows = np.array([len(subjects) - subjects.index(s) for s in part["subject"]])
     bacc = part["bacc"].to_numpy(dtype=float)
     half = 1.96 * _standard_error(part)
-    axis.axvline(50, color=_SOFT, lw=1)
-    axis.axhline(0.4, color=_SOFT, lw=0.5)
-    axis.hlines(rows, bacc - half, bacc + half, color=_INK, lw=1)
-    axis.plot(bacc, rows, "o", color=_INK, ms=4, label="subject, 95 % interval over trials")
-    axis.plot(part["chance"], rows, "|", color=_SOFT, ms=9, mew=1.5, label="chance level (95 %)")
+    axis.axvline(50, color=GREY, lw=1)
+    axis.axhline(0.4, color=GREY, lw=0.5)
+    axis.hlines(rows, bacc - half, bacc + half, color=INK, lw=1)
+    axis.plot(bacc, rows, "o", color=INK, ms=4, label="subject, 95 % interval over trials")
+    axis.plot(part["chance"], rows, "|", color=GREY, ms=9, mew=1.5, label="chance level (95 %)")
     for place, name in enumerate(below):
         free = "fitted" in name
         label = "without EEG" if free else "mean, 95 % interval over subjects"

@@ -61,7 +61,7 @@ def draw(
         panels: In reading order.
         times: Time of each sample, in seconds.
         info: The maps' channels.
-        path: The PNG file.
+        path: The PNG file; the PDF lies beside it.
         channel: Whose waveforms the panels show.
         gap_s: The shortest time to the next onset, NaN if unknown: what lies beyond is shaded.
         note: A line below the picture.

@@ -6,26 +6,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from hrcneuro.figures.style import BLUE, STYLE, VERMILION, save
 
 if TYPE_CHECKING:
     from hrcneuro.eeg.cleaning import Cleaned, Signals
 
-_BAD, _GOOD = "#c44e52", "#4c72b0"
-
 
 def draw(cleaned: Cleaned, signals: Signals, threshold: float, path: Path) -> None:
     """Draw, a row a channel: normalised kurtosis with its limits, regression weights, RMS before and after."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    with rc_context(STYLE):
+        save(_figure(cleaned, signals, threshold), path)
 
+
+def _figure(cleaned: Cleaned, signals: Signals, threshold: float) -> Figure:
     names = signals.eeg_names
     rows = np.arange(len(names))
     bad = np.array([bool(why) for why in cleaned.reason])
     height = max(3.0, 1.2 + 0.2 * len(names))
-    figure = Figure(figsize=(11, height))
-    FigureCanvasAgg(figure)
+    figure = Figure(figsize=(9.4, height))
     # Margins in inches: a layout engine would draw everything twice.
-    figure.subplots_adjust(left=0.06, right=0.99, bottom=0.7 / height, top=1 - 0.35 / height, wspace=0.16)
+    figure.subplots_adjust(left=0.07, right=0.99, bottom=0.7 / height, top=1 - 0.35 / height, wspace=0.16)
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1.2, 2))
     _draw_kurtosis(left, cleaned, rows, bad, threshold)
     _draw_weights(middle, cleaned, signals.eog_names)
@@ -35,14 +38,14 @@ def draw(cleaned: Cleaned, signals: Signals, threshold: float, path: Path) -> No
     right.set_title("band-passed (light), clean (dark)")
     left.set_yticks(rows, names, fontsize="small")
     for label, is_bad in zip(left.get_yticklabels(), bad, strict=True):
-        label.set_color(_BAD if is_bad else "black")
+        label.set_color(VERMILION if is_bad else "black")
     left.set_ylim(len(names) - 0.5, -0.5)
-    figure.savefig(path, dpi=100, metadata={"Software": None})
+    return figure
 
 
 def _draw_kurtosis(axes: Any, cleaned: Cleaned, rows: np.ndarray, bad: np.ndarray, threshold: float) -> None:
     z = np.nan_to_num(cleaned.z, posinf=1e3, neginf=-1e3)
-    axes.barh(rows, z, color=np.where(bad, _BAD, _GOOD))
+    axes.barh(rows, z, color=np.where(bad, VERMILION, BLUE))
     axes.axvline(-threshold, color="0.5", linestyle="--", linewidth=1)
     axes.axvline(threshold, color="0.5", linestyle="--", linewidth=1)
     # One loose contact would squeeze all others into a line.

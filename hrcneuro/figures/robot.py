@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from hrcneuro.figures.style import BLUE, GREY, PALE, PLACED, VERMILION, save
 from hrcneuro.robot import kinematics
 from hrcneuro.robot.cell import GRID
 from hrcneuro.robot.limits import MAX_SPEED
@@ -23,31 +23,12 @@ from hrcneuro.robot.session import Done
 from hrcneuro.robot.trajectory import minimum_jerk
 from hrcneuro.robot.workspace import Workspace
 
-STYLE: dict[Any, Any] = {
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 7,
-    "figure.constrained_layout.use": True,
-}
-BLUE, VERMILION, GREY, PALE = "#0072B2", "#D55E00", "#767676", "#DDDDDD"
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a PNG whose bytes depend on the picture alone."""
-    figure.savefig(path, dpi=160, metadata={"Software": None})
-
 
 def robot(
     done: Sequence[Done], record: Telemetry, tip: Tip, table: pd.DataFrame, workspace: Workspace, path: Path
 ) -> None:
     """Draw the tip's path, its error in the course of a move, the moves' errors, and the entry into the radius."""
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 6.2))
         axes = figure.subplots(2, 2)
         _path(axes[0, 0], record, tip, table, workspace, figure)
@@ -136,7 +117,7 @@ def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
 
 def timing(record: Telemetry, table: pd.DataFrame, spread: Mapping[str, Mapping[str, float]], path: Path) -> None:
     """Draw the distributions of trigger latency, control cycle and lateness behind the log."""
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 2.6))
         axes = figure.subplots(1, 3)
         latency = table["trigger_latency_ms"].to_numpy(float)
@@ -170,7 +151,7 @@ def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float] | Non
 
 def reach(workspace: Workspace, path: Path) -> None:
     """Draw the cell from the side, the smallest singular value over the tiles, and the joints' speed at t_f = 0.6 s."""
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 2.7))
         axes = figure.subplots(1, 3, width_ratios=(1.35, 1, 1))
         _side(axes[0], workspace)

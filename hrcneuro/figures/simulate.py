@@ -13,13 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from hrcneuro.figures import style as figure_style
+from hrcneuro.figures.style import GREY, PLACED, VERMILION, save
 from hrcneuro.learning.milestones import first_at
 from hrcneuro.learning.simulations import Curve, Variant
 
-STYLE = {**figure_style.STYLE, "axes.titlesize": 8, "figure.constrained_layout.use": True}
-GREY = figure_style.GREY
-EMPIRICAL = "#D55E00"  # vermilion: the curve that counts; the levels are ordered, so their colours are a ramp
+EMPIRICAL = VERMILION  # the curve that counts; the levels are ordered, so their colours are a ramp
 
 _TOP = (
     ("A", "SIM1", "empirical decoder"),
@@ -30,11 +28,6 @@ _TOP = (
 Pairs = list[tuple[Variant, Curve]]
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a PNG whose bytes depend on the picture alone."""
-    figure.savefig(path, dpi=200, metadata={"Software": None})
-
-
 def fig4(
     variants: Sequence[Variant], curves: Sequence[Curve], expected: Mapping[tuple[str, str], np.ndarray], path: Path
 ) -> None:
@@ -42,7 +35,7 @@ def fig4(
     pairs = list(zip(variants, curves, strict=True))
     cases = list(dict.fromkeys(v.name.split()[0] for v, _ in pairs if v.simulation == "SIM4"))
     colours = _colours([v.name for v, _ in pairs if v.simulation == "SIM2"])
-    with rc_context(STYLE):
+    with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 5.0 if cases else 2.9))
         grid = figure.add_gridspec(2 if cases else 1, 12)
         for i, (letter, simulation, title) in enumerate(_TOP):

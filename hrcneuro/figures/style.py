@@ -1,4 +1,4 @@
-"""How the figures of erp and ersp look: colours, the shaded time of the next onset, deterministic files."""
+"""How all figures look, and how they become files: one style, one palette, PNG and PDF whose bytes never wander."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from matplotlib import rc_context, rcParamsDefault
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
+DPI = 200
+# What says where a window opens, or what a session does, is no style.
+_NO_STYLE = ("backend", "interactive", "toolbar", "timezone", "webagg", "tk.", "docstring", "savefig.directory", "date")
+# Matplotlib's defaults are named first: a reader's own matplotlibrc must not change a figure.
 STYLE: dict[Any, Any] = {
+    **{key: value for key, value in rcParamsDefault.items() if not key.startswith(_NO_STYLE)},
     "font.size": 8,
+    "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same letters on every machine
     "axes.titlesize": 8.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -23,16 +30,25 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "legend.fontsize": 7,
     "hatch.linewidth": 0.4,
+    "pdf.fonttype": 42,  # letters that a journal's layouter can edit
 }
-GREY = "#767676"
+# For figures whose parts Matplotlib may place itself; it draws them twice for that.
+PLACED: dict[Any, Any] = {**STYLE, "axes.titlesize": 8, "figure.constrained_layout.use": True}
+
+BLUE, VERMILION, ORANGE, SKY, GREEN, PURPLE = "#0072B2", "#D55E00", "#E69F00", "#56B4E9", "#009E73", "#CC79A7"
+INK, GREY, PALE = "#222222", "#767676", "#DDDDDD"
 # The paper's pair, blue for robot and magenta for human takeovers, then others that stay apart for the colour-blind.
 COLOURS = ("#2166ac", "#c51b7d", "#1b7837", "#d95f02", "#5e3c99", "#8c510a")
 CONTINUATION = "#6e6e6e"
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a PNG whose bytes depend on the picture alone."""
-    figure.savefig(path, dpi=170, metadata={"Software": None})
+    """Write a PNG and, beside it, a PDF whose bytes depend on the picture alone: no date, no version of a tool."""
+    with rc_context(STYLE):
+        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+        nothing = {"CreationDate": None, "Creator": None, "Producer": None}
+        # The resolution is that of what a PDF holds as pixels.
+        figure.savefig(path.with_suffix(".pdf"), dpi=DPI, metadata=nothing)
 
 
 def colours(names: Sequence[str]) -> dict[str, str]:

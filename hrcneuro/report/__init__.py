@@ -12,7 +12,7 @@ from typing import Any
 def write_report(settings: Any, items: Sequence[Any], path: Path) -> Path:
     """Write the page unless it already shows exactly these results; return where it lies.
 
-    The figures lie beside it, in ``figures/``: as PNG, those that the report draws itself also as PDF.
+    The figures lie beside it, in ``figures/``, each as PNG and PDF.
     """
     from hrcneuro.cache import fingerprint
 

@@ -12,8 +12,6 @@ from typing import Any
 
 from hrcneuro.report.results import Figure, Results
 
-DPI = 200
-
 
 @dataclass(frozen=True)
 class Drawing:
@@ -70,6 +68,8 @@ DRAWINGS = (
 
 def draw_all(results: Results, folder: Path) -> dict[str, tuple[Drawing, Path]]:
     """Return name -> drawing and PNG, drawing (PNG and PDF) only those whose data or code have changed."""
+    from hrcneuro.figures.style import save
+
     stamps = _read(folder / ".stamps")
     fresh: dict[str, str] = {}
     found = {}
@@ -83,8 +83,7 @@ def draw_all(results: Results, folder: Path) -> dict[str, tuple[Drawing, Path]]:
             if figure is None:
                 continue
             folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(png, dpi=DPI, metadata={"Software": None})
-            figure.savefig(png.with_suffix(".pdf"), metadata={"CreationDate": None})
+            save(figure, png)
         fresh[drawing.name] = stamp
         found[drawing.name] = (drawing, png)
     if fresh or stamps:
@@ -94,17 +93,18 @@ def draw_all(results: Results, folder: Path) -> dict[str, tuple[Drawing, Path]]:
 
 
 def collect(figures: list[Figure], folder: Path) -> None:
-    """Copy the stages' pictures to where people look for them."""
+    """Copy the stages' pictures, PNG and PDF, to where people look for them."""
     wanted = set()
     for figure in figures:
         place = folder if figure.unit == "group" else folder / figure.unit
-        target = place / f"{figure.stage}_{figure.path.name}"
-        wanted.add(target)
-        if target.is_file() and target.stat().st_mtime_ns == figure.path.stat().st_mtime_ns:
-            continue
-        place.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(figure.path, target)
-    for stale in set(folder.glob("*/*.png")) - wanted:
+        for source in (figure.path, figure.path.with_suffix(".pdf")):
+            target = place / f"{figure.stage}_{source.name}"
+            wanted.add(target)
+            if target.is_file() and target.stat().st_mtime_ns == source.stat().st_mtime_ns:
+                continue
+            place.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(source, target)
+    for stale in {*folder.glob("*/*.png"), *folder.glob("*/*.pdf")} - wanted:
         stale.unlink()
 
 
@@ -124,7 +124,7 @@ def _stamp(results: Results, drawing: Drawing) -> str:
     made_of = {f"{s}/{u}": item.key for (s, u), item in sorted(results.done.items()) if s in drawing.stages}
     sections = {s: params(results.settings.sections[s]) for s in drawing.stages}
     code = fingerprint.code(f"hrcneuro.report.{drawing.module}", package, results.memo)
-    return fingerprint.digest([made_of, sections, list(results.settings.included), code, DPI])
+    return fingerprint.digest([made_of, sections, list(results.settings.included), code])
 
 
 def _read(path: Path) -> Mapping[str, str]:

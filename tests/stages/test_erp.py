@@ -6,7 +6,7 @@ import mne
 import numpy as np
 import pandas as pd
 import pytest
-from epoch_factory import CHANNELS, trial_table, write_subject
+from epoch_factory import CHANNELS, blank, figure_files, trial_table, write_subject
 
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.evoked import subtract_baseline, within
@@ -31,7 +31,7 @@ def pictures():
 @pytest.fixture(autouse=True)
 def drawing(request, monkeypatch):
     if "pictures" not in request.fixturenames:
-        monkeypatch.setattr(erp_figures, "draw", lambda panels, times, info, path, **_: path.write_bytes(b""))
+        monkeypatch.setattr(erp_figures, "draw", lambda panels, times, info, path, **_: blank(path))
 
 
 def run(folder, config=SMALL, unit="s01", **options):
@@ -131,7 +131,7 @@ def test_the_same_input_gives_the_same_bytes(tmp_path, pictures):
 def test_group_means_and_statistics(tmp_path):
     summary, out = run_group(tmp_path, 7, effect_uv=12, n=120)
     tables = {"erp.parquet", "erp_stats.parquet", "erp_strata.parquet"}
-    assert {p.name for p in out.iterdir()} == tables | {"erp.png", "erp_scenarios.png", "erp_strata.png"}
+    assert {p.name for p in out.iterdir()} == tables | figure_files("erp", "erp_scenarios", "erp_strata")
     evokeds = [
         {e.comment: e.data * 1e6 for e in read_evokeds(tmp_path / f"erp/s{i:02d}/s{i:02d}_ave.fif")}
         for i in range(1, 8)

@@ -4,7 +4,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from epoch_factory import CHANNELS, write_subject
+from epoch_factory import CHANNELS, blank, figure_files, write_subject
 
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.morlet import Wavelets, linear_cycles, magnitudes
@@ -26,7 +26,7 @@ def pictures():
 @pytest.fixture(autouse=True)
 def drawing(request, monkeypatch):
     if "pictures" not in request.fixturenames:
-        monkeypatch.setattr(ersp_figures.Drawing, "_draw", lambda self, rows, path, **_: path.write_bytes(b""))
+        monkeypatch.setattr(ersp_figures.Drawing, "_draw", lambda self, rows, path, **_: blank(path))
 
 
 def run(folder, config=SMALL, unit="s01", **options):
@@ -78,7 +78,7 @@ def test_rows_are_the_means_of_single_trial_magnitudes(tmp_path):
 def test_group_statistics_find_the_planted_effect(tmp_path):
     summary, out = run_group(tmp_path, 8, effect_uv=25, n=100)
     tables = {"ersp.parquet", "ersp_stats.parquet", "ersp_strata.parquet"}
-    assert {p.name for p in out.iterdir()} == tables | {"ersp.png", "ersp_scenarios.png", "ersp_strata.png"}
+    assert {p.name for p in out.iterdir()} == tables | figure_files("ersp", "ersp_scenarios", "ersp_strata")
     stats = out / "ersp_stats.parquet"
     table = read_table(stats)
     rows = ((table["scenario"] == "all") & (table["channel"] == "Fz") & (table["frequency_hz"] == 4)).to_numpy()

@@ -107,7 +107,14 @@ def test_same_recording_same_bytes(product):
     config = Config(keep_steps=True)
     first, second = (product(recording(), config, out=name)[1] for name in ("one", "two"))
     names = sorted(path.name for path in first.iterdir())
-    assert names == ["quality.parquet", "quality.png", "s01_clean_raw.fif", "steps.npz", "timing.parquet"]
+    assert names == [
+        "quality.parquet",
+        "quality.pdf",
+        "quality.png",
+        "s01_clean_raw.fif",
+        "steps.npz",
+        "timing.parquet",
+    ]
     for name in names:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name
 

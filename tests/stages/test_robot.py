@@ -112,6 +112,7 @@ def test_the_tables_carry_their_schema(whole):
 def test_the_figures_are_there(whole):
     _, out = whole
     assert {p.name for p in out.glob("*.png")} == set(robot.FIGURES)
+    assert {p.stem for p in out.glob("*.pdf")} == {Path(name).stem for name in robot.FIGURES}
 
 
 def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):

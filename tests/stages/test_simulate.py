@@ -71,14 +71,18 @@ def test_same_configuration_same_bytes(tmp_path):
     assert files == [
         "analytic.parquet",
         "confound.parquet",
+        "confound.pdf",
         "confound.png",
         "curves.parquet",
+        "fig4.pdf",
         "fig4.png",
         "learners.parquet",
+        "learners.pdf",
         "learners.png",
         "milestones.parquet",
         "relearning.parquet",
         "sweep.parquet",
+        "sweep.pdf",
         "sweep.png",
     ]
     for name in files:
