@@ -7,8 +7,9 @@ import sys
 import time
 from functools import partial
 
-from hrcneuro.learning.decoder import PAPER, CoinFlips
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
+from hrcneuro.learning.rates import PAPER
 from hrcneuro.learning.simulations import paper_simulations, run_curves
 from hrcneuro.learning.task import Task
 

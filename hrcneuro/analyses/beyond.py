@@ -15,9 +15,10 @@ from hrcneuro.io.tables import Column, Table, write_table
 from hrcneuro.learning.analytic import expected_together
 from hrcneuro.learning.compare import Comparison, compare, paired
 from hrcneuro.learning.confound import Mixture, error_reader
-from hrcneuro.learning.decoder import CoinFlips, Rates
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.learners import kinds
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.simulations import Curve, Variant, run_curves
 from hrcneuro.learning.task import Task
 from hrcneuro.tables.simulate import CURVES, curve_rows

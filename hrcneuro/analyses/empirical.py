@@ -12,7 +12,8 @@ import pandas as pd
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.io.tables import read_table
-from hrcneuro.learning.decoder import CoinFlips, Decoder, Rates
+from hrcneuro.learning.decoder import CoinFlips, Decoder
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.replay import Held, Replay, Session, mean_rates
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from hrcneuro.learning.decoder import Rates
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.task import Task, taught
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.learning.decoder import Decoder, Heard, Rates, case
+from hrcneuro.learning.decoder import Decoder, Heard
+from hrcneuro.learning.rates import Rates, case
 from hrcneuro.learning.task import Draws, actors, previous_actors
 
 # Share of trials (tr−1) that follow an error, by case RR, RH, HR, HH: the authors' logs, iC, 11 subjects pooled.

@@ -2,45 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from hrcneuro.learning.evidence import decision_odds, graded_odds
+from hrcneuro.learning.rates import Rates, case
 from hrcneuro.learning.task import Draws, actors, previous_actors
-
-
-@dataclass(frozen=True)
-class Rates:
-    """Per cent of correct decisions in the four situations of Table 1; the first letter acted last, the second next."""
-
-    tnr_hh: float
-    tpr_hr: float
-    tnr_rr: float
-    tpr_rh: float
-
-    def __post_init__(self) -> None:
-        for name, value in zip(("TNR_HH", "TPR_HR", "TNR_RR", "TPR_RH"), astuple(self), strict=True):
-            if not 0 <= value <= 100:
-                raise ValueError(f"{name} is {value:g} %; allowed are 0 to 100")
-
-    @classmethod
-    def level(cls, percent: float) -> Rates:
-        """Return four equal rates (the hypothetical levels of SIM2)."""
-        return cls(percent, percent, percent, percent)
-
-    @property
-    def by_case(self) -> np.ndarray:
-        """The rates by :func:`case`, shape (4,): RR, RH, HR, HH."""
-        return np.array([self.tnr_rr, self.tpr_rh, self.tpr_hr, self.tnr_hh])
-
-
-PAPER = Rates(51.5, 51.4, 57.9, 56.1)  # Table 2, intermittent collaboration
-
-
-def case(before: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the situation of each event as 2·(human before) + (human now), uint8: RR 0, RH 1, HR 2, HH 3."""
-    return (before.view(np.uint8) << 1) | acting.view(np.uint8)
 
 
 def decide(before: np.ndarray, acting: np.ndarray, epsilon: np.ndarray, rates: Rates) -> np.ndarray:
@@ -99,8 +68,6 @@ class CoinFlips:
         predicted = decide(before, acting, draws.epsilon, self.rates)
         if not evidence:
             return Heard(predicted)
-        from hrcneuro.learning.evidence import decision_odds, graded_odds
-
         return Heard(
             predicted,
             decision_odds(before, predicted, self.rates),

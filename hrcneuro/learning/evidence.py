@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtri
 
-from hrcneuro.learning.decoder import Rates, case
+from hrcneuro.learning.rates import Rates, case
 
 _EDGE = 0.001  # rates and draws closer to 0 or 1 than this would claim infinite evidence
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hrcneuro.learning.decoder import Rates
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.task import Draws
 
 HUMAN, ROBOT = 0, 1

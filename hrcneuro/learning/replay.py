@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.learning.decoder import Heard, Rates, case
+from hrcneuro.learning.decoder import Heard
 from hrcneuro.learning.evidence import decision_odds
+from hrcneuro.learning.rates import Rates, case
 from hrcneuro.learning.task import Draws, actors, previous_actors
 
 _SHRINK = 10.0  # trials' worth of doubt when a slope is estimated

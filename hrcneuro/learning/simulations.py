@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hrcneuro.learning.decoder import CoinFlips, Decoder, Heard, Rates
+from hrcneuro.learning.decoder import CoinFlips, Decoder, Heard
 from hrcneuro.learning.learner import Make, learn
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.task import Draws, Task, draw
 
 BLOCK = 100  # repetitions that share a generator: part of what a seed means, so not an option

@@ -9,10 +9,11 @@ from dataclasses import astuple, dataclass, fields
 import numpy as np
 
 from hrcneuro.learning.analytic import answer_probabilities, expected_curves
-from hrcneuro.learning.decoder import CoinFlips, Heard, Rates
+from hrcneuro.learning.decoder import CoinFlips, Heard
 from hrcneuro.learning.learner import PaperLearner, learn
 from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.milestones import first_at
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.simulations import BLOCK
 from hrcneuro.learning.task import Draws, Task, draw
 

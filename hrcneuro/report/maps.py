@@ -1,13 +1,12 @@
-"""The group's tested maps, read once for the verdicts and the figures."""
+"""The group's tested maps, as the verdicts and the figures ask for them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
-
-from hrcneuro.report.results import Results
 
 FRONTAL = ("Fp1", "Fp2", "F7", "F3", "Fz", "F4", "F8", "FC1", "FC2")
 MOTOR = ("FC5", "FC1", "FC2", "FC6", "C3", "Cz", "C4", "CP5", "CP6")
@@ -87,20 +86,19 @@ class Tested:
         return np.asarray(self.significant.reshape(-1, len(self.times)).any(axis=0))
 
 
-def read(results: Results, stage: str) -> dict[tuple[str, str], Tested]:
-    """Return (scenario, contrast) -> what ``erp`` or ``ersp`` has tested; empty where the group has not run."""
-    table = results.table("erp" if stage == "erp" else "ersp", "group", f"{stage}_stats.parquet")
+def read(table: pd.DataFrame | None) -> dict[tuple[str, str], Tested]:
+    """Return (scenario, contrast) -> what ``erp_stats`` or ``ersp_stats`` holds; empty where there is no table."""
     found: dict[tuple[str, str], Tested] = {}
     if table is None:
         return found
-    for key, part in table.groupby(["scenario", "contrast"], sort=False):
+    for (scenario, contrast), part in table.groupby(["scenario", "contrast"], sort=False):
         head = part.iloc[0]
         length = len(head["difference_uv"])
         times = head["start_s"] + head["step_s"] * np.arange(length)
         channels = list(dict.fromkeys(part["channel"]))
         frequencies = np.unique(part["frequency_hz"]) if "frequency_hz" in part else np.zeros(0)
         shape = (len(channels), *([len(frequencies)] if len(frequencies) else []), length)
-        found[key] = Tested(
+        found[str(scenario), str(contrast)] = Tested(
             int(head["n"]),
             channels,
             times,

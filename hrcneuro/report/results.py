@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import stages
+from hrcneuro.report import maps
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Results:
         self.settings = settings
         self.memo = memo or Memo(Path(".memo.json"))
         self.items = items
-        self._maps: dict[str, dict[tuple[str, str], Any]] = {}
+        self._maps: dict[str, dict[tuple[str, str], maps.Tested]] = {}
         self.done = {(i.stage, i.unit): i for i in items if i.state in ("hit", "ran")}
 
     def units(self, stage: str) -> list[str]:
@@ -65,12 +66,10 @@ class Results:
         found = {unit: self.table(stage, unit, name) for unit in self.included(stage)}
         return {unit: table for unit, table in found.items() if table is not None}
 
-    def maps(self, stage: str) -> dict[tuple[str, str], Any]:
+    def maps(self, stage: str) -> dict[tuple[str, str], maps.Tested]:
         """Return (scenario, contrast) -> the group's tested map of erp or ersp; read once."""
-        from hrcneuro.report import maps
-
         if stage not in self._maps:
-            self._maps[stage] = maps.read(self, stage)
+            self._maps[stage] = maps.read(self.table(stage, "group", f"{stage}_stats.parquet"))
         return self._maps[stage]
 
     def record(self, stage: str, unit: str) -> Mapping[str, Any]:

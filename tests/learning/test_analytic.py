@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hrcneuro.learning.analytic import answer_probabilities, expected_curve, one_update
-from hrcneuro.learning.decoder import PAPER, CoinFlips, Rates
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
+from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Variant, run_curves
 from hrcneuro.learning.task import Task, actors, draw
 

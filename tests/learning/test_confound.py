@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hrcneuro.learning.confound import ERROR_RATE, LOGGED_SHARES, Mixture, error_reader, falling_errors
-from hrcneuro.learning.decoder import PAPER, CoinFlips, Rates, case
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
+from hrcneuro.learning.rates import PAPER, Rates, case
 from hrcneuro.learning.simulations import Variant, run_curves
 from hrcneuro.learning.task import Task, actors, draw, previous_actors
 

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcneuro.learning.decoder import CoinFlips, Rates
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner, accuracy, greedy, learn
+from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.reference import learn_one
 from hrcneuro.learning.task import Task, draw
 

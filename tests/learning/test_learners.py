@@ -3,10 +3,11 @@ import pytest
 from scipy.special import expit, logit
 
 from hrcneuro.learning.compare import compare, paired
-from hrcneuro.learning.decoder import PAPER, CoinFlips, Rates
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.evidence import decision_odds, graded_odds
 from hrcneuro.learning.learner import learn
 from hrcneuro.learning.learners import AdaptiveLearner, BayesLearner, ForgettingLearner, VotesLearner, kinds
+from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Variant
 from hrcneuro.learning.task import Task, actors, draw, previous_actors
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
-from hrcneuro.learning.decoder import Rates, case
+from hrcneuro.learning.rates import Rates, case
 from hrcneuro.learning.replay import Held, Replay, Session, calibrated, mean_rates
 from hrcneuro.learning.task import Task, actors, draw, previous_actors
 

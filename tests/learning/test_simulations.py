@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hrcneuro.learning import milestones
-from hrcneuro.learning.decoder import PAPER, CoinFlips, Rates
+from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
+from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Curve, Variant, paper_simulations, run_curves
 from hrcneuro.learning.task import Task
 

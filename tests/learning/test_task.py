@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcneuro.learning.decoder import PAPER, Rates, case, decide
+from hrcneuro.learning.decoder import decide
+from hrcneuro.learning.rates import PAPER, Rates, case
 from hrcneuro.learning.task import Task, actors, draw, previous_actors, taught
 
 tasks = st.builds(
