@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -57,8 +58,8 @@ def _path(axes: Axes, record: Telemetry, tip: Tip, table: pd.DataFrame, workspac
     drawn = LineCollection(lines, array=np.array(values), cmap="viridis_r", lw=2.2, capstyle="round", zorder=2)
     axes.add_collection(drawn)
     if values:
-        figure.colorbar(drawn, ax=axes, shrink=0.7, label="greatest error of the way, mm")
-    axes.set(title="the tip (black), approaches (grey), and the ways by error", xlabel="column", ylabel="row")
+        figure.colorbar(drawn, ax=axes, shrink=0.7, label="greatest error of the way (mm)")
+    axes.set(title="tip (black), approaches (grey), ways by error", xlabel="column", ylabel="row")
 
 
 def _tiles(axes: Axes) -> None:
@@ -85,7 +86,12 @@ def _error_course(axes: Axes, done: Sequence[Done], record: Telemetry, tip: Tip)
         axes.plot(u[shown], middle, color=BLUE, lw=1.2, label="median")
         axes.plot(u[shown], np.nanmax(stack[:, shown], axis=0), color=VERMILION, lw=0.8, label="greatest")
         axes.legend(loc="upper right")
-    axes.set(title="distance from the reference", xlabel="time / t_f", ylabel="mm", ylim=(0, 1.35 * axes.get_ylim()[1]))
+    axes.set(
+        title=f"distance from the reference, {len(curves)} moves",
+        xlabel="time / $t_f$",
+        ylabel="distance (mm)",
+        ylim=(0, 1.35 * axes.get_ylim()[1]),
+    )
 
 
 def _errors(axes: Axes, moved: pd.DataFrame) -> None:
@@ -94,9 +100,9 @@ def _errors(axes: Axes, moved: pd.DataFrame) -> None:
     axes.axhline(0.8, color=BLUE, lw=0.7, ls=":")
     axes.axhline(0.1, color=VERMILION, lw=0.7, ls=":")
     axes.set(
-        title="error of each move; dotted: the limits",
-        xlabel="t_f, s",
-        ylabel="mm",
+        title=f"error of each of {len(moved)} moves; dotted: the limits",
+        xlabel="duration $t_f$ (s)",
+        ylabel="error (mm)",
         ylim=(0, max(1.2, axes.get_ylim()[1])),
     )
     axes.legend(loc="upper right")
@@ -108,10 +114,14 @@ def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
     u = np.linspace(0, 1, 2001)
     inside = u[np.searchsorted(minimum_jerk(u)[0], 1 - workspace.cell.radius / workspace.cell.tile)]
     ends = np.array([t_f.min(), t_f.max()]) if len(t_f) else np.array([0.6, 1.2])
-    axes.plot(ends, inside * ends, color=GREY, lw=0.8, label=f"Eq 2: {inside:.3f} t_f")
-    axes.plot(ends, ends, color=GREY, lw=0.8, ls=":", label="t_f")
+    axes.plot(ends, inside * ends, color=GREY, lw=0.8, label=f"Eq 2: {inside:.3f} $t_f$")
+    axes.plot(ends, ends, color=GREY, lw=0.8, ls=":", label="$t_f$")
     radius = 1e3 * workspace.cell.radius
-    axes.set(title=f"entry into the {radius:g} mm radius", xlabel="t_f, s", ylabel="after the onset, s")
+    axes.set(
+        title=f"entry into the {radius:g} mm radius, {len(moved)} moves",
+        xlabel="duration $t_f$ (s)",
+        ylabel="time from onset (s)",
+    )
     axes.legend(loc="upper left")
 
 
@@ -121,7 +131,7 @@ def timing(record: Telemetry, table: pd.DataFrame, spread: Mapping[str, Mapping[
         figure = Figure(figsize=(7.2, 2.6))
         axes = figure.subplots(1, 3)
         latency = table["trigger_latency_ms"].to_numpy(float)
-        _histogram(axes[0], latency, spread.get("trigger_latency"), "marker to motion onset (Eq 2 fitted)")
+        _histogram(axes[0], latency, spread.get("trigger_latency"), "motion onset after marker")
         _histogram(axes[1], 1e3 * np.diff(record.time), spread.get("cycle"), "control cycle")
         behind = table["behind_log_ms"].to_numpy(float)
         _histogram(axes[2], behind, spread.get("behind_log"), "onset interval less the log's")
@@ -131,8 +141,9 @@ def timing(record: Telemetry, table: pd.DataFrame, spread: Mapping[str, Mapping[
 
 def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float] | None, title: str) -> None:
     known = values[np.isfinite(values)]
+    axes.set_xlabel("time (ms)")
     if spread is None or not len(known):
-        axes.set(title=title, xlabel="ms")
+        axes.set(title=title)
         axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
         return
     # A distribution narrower than a tenth of a millisecond is shown as what it is, not as rounding noise.
@@ -141,22 +152,20 @@ def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float] | Non
     edges = np.linspace(low - room, high + room, 41)
     axes.hist(known, edges.tolist(), weights=np.full(len(known), 1 / len(known)), color=BLUE)
     axes.axvline(spread["median"], color=VERMILION, lw=0.8)
-    axes.set(title=title, xlabel="ms", ylim=(0, 1.35 * axes.get_ylim()[1]))
-    axes.text(
-        0.98, 0.97, f"n = {len(known)}\n{spread['mean']:.2f} ± {spread['sd']:.2f} ms\n"
-        f"1 to 99 %: {spread['p1']:.2f} to {spread['p99']:.2f}",
-        transform=axes.transAxes, ha="right", va="top", fontsize=6.5,
-    )  # fmt: skip
+    # Adding zero turns what rounds to minus zero into zero.
+    mean, sd, first, last = (round(float(spread[name]), 2) + 0.0 for name in ("mean", "sd", "p1", "p99"))
+    about = f"n = {len(known)}, {mean:.2f} ± {sd:.2f} ms\n1 to 99 %: {first:.2f} to {last:.2f} ms"
+    axes.set_title(f"{title}\n{about}")
 
 
 def reach(workspace: Workspace, path: Path) -> None:
     """Draw the cell from the side, the smallest singular value over the tiles, and the joints' speed at t_f = 0.6 s."""
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 2.7))
-        axes = figure.subplots(1, 3, width_ratios=(1.35, 1, 1))
+        axes = figure.subplots(1, 3, width_ratios=(1.15, 1, 1))
         _side(axes[0], workspace)
-        _heat(axes[1], workspace.reach.singular_value, "smallest singular value", "{:.2f}")
-        _heat(axes[2], 100 * _speed_share(workspace, 0.6), "joint speed at 0.6 s, % of limit", "{:.0f}")
+        _heat(axes[1], workspace.reach.singular_value, "smallest singular value\nof the Jacobian", "{:.2f}")
+        _heat(axes[2], 100 * _speed_share(workspace, 0.6), "fastest joint at $t_f$ = 0.6 s\n(% of its limit)", "{:.0f}")
         save(figure, path)
 
 
@@ -176,10 +185,18 @@ def _side(axes: Axes, workspace: Workspace) -> None:
         points = np.vstack([points, kinematics.forward(q, tool=cell.tool)[:3, 3]])
         axes.plot(-points[:, 0], points[:, 2] + cell.base_height, "o-", color=BLUE, alpha=shade, lw=1.6, ms=2.5)
     axes.axhline(0, color=GREY, lw=0.7)
+    edge: dict[str, Any] = {"fontsize": 6.5, "ha": "center"}
+    axes.text(0, cell.base_height / 2, "base", va="center", rotation=90, **edge)
+    axes.text((cell.near_edge + far) / 2, cell.screen_height - 0.07, "screen", va="top", **edge)
+    axes.text(-low[0], high[2] + cell.base_height + 0.02, "allowed space", color=VERMILION, **{**edge, "ha": "right"})
     axes.set(
-        title="from the side: nearest, middle, farthest row", xlabel="from the base, m", ylabel="height, m",
-        aspect="equal", xlim=(-0.2, 1.5), ylim=(-0.02, 1.5),
-    )  # fmt: skip
+        title="from the side, tool over the nearest,\nmiddle and farthest row",
+        xlabel="distance from the base (m)",
+        ylabel="height (m)",
+        aspect="equal",
+        xlim=(-0.2, 1.5),
+        ylim=(-0.02, 1.5),
+    )
 
 
 def _heat(axes: Axes, values: np.ndarray, title: str, form: str) -> None:
@@ -187,7 +204,7 @@ def _heat(axes: Axes, values: np.ndarray, title: str, form: str) -> None:
     middle = (values.min() + values.max()) / 2
     for (r, c), value in np.ndenumerate(values):
         colour = "white" if value < middle else "black"
-        axes.text(c, r, form.format(value), ha="center", va="center", fontsize=5.5, color=colour)
+        axes.text(c, r, form.format(value), ha="center", va="center", fontsize=6, color=colour)
     axes.set(title=title, xlabel="column", ylabel="row", xticks=range(GRID), yticks=range(GRID))
     image.set_clim(values.min(), max(values.max(), values.min() + 1e-9))
 

@@ -21,7 +21,7 @@ INPUTS: Patterns = {"acquire": ("trials.parquet",)}
 FIGURES = {
     "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
     "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
-    "reach.png": "The cell from above: how far each tile is from a singularity, and how fast the joints must turn",
+    "reach.png": "The cell from the side; how far each tile is from a singularity; how fast the joints must turn",
 }
 
 
