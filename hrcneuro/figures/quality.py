@@ -28,18 +28,20 @@ def _figure(cleaned: Cleaned, signals: Signals, threshold: float) -> Figure:
     height = max(3.0, 1.2 + 0.2 * len(names))
     figure = Figure(figsize=(9.4, height))
     # Margins in inches: a layout engine would draw everything twice.
-    figure.subplots_adjust(left=0.07, right=0.99, bottom=0.7 / height, top=1 - 0.35 / height, wspace=0.16)
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1.2, 2))
+    figure.subplots_adjust(left=0.06, right=0.99, bottom=0.7 / height, top=1 - 0.35 / height, wspace=0.12)
+    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1.3, 2))
     _draw_kurtosis(left, cleaned, rows, bad, threshold)
     _draw_weights(middle, cleaned, signals.eog_names)
     right.barh(rows - 0.2, cleaned.rms_before, 0.4, color="0.7")
     right.barh(rows + 0.2, np.nan_to_num(cleaned.rms_after), 0.4, color="0.3")
-    right.set_xlabel("RMS (µV)")
+    right.set_xlabel("RMS amplitude (µV)")
     right.set_title("band-passed (light), clean (dark)")
     left.set_yticks(rows, names, fontsize="small")
     for label, is_bad in zip(left.get_yticklabels(), bad, strict=True):
         label.set_color(VERMILION if is_bad else "black")
     left.set_ylim(len(names) - 0.5, -0.5)
+    for axes in (middle, right):
+        axes.tick_params(axis="y", length=0)
     return figure
 
 
@@ -50,9 +52,12 @@ def _draw_kurtosis(axes: Any, cleaned: Cleaned, rows: np.ndarray, bad: np.ndarra
     axes.axvline(threshold, color="0.5", linestyle="--", linewidth=1)
     # One loose contact would squeeze all others into a line.
     axes.set_xscale("symlog", linthresh=2 * threshold)
+    axes.minorticks_off()
     limit = max(2 * threshold, float(np.abs(z).max()) * 4)
     axes.set_xlim(max(-limit, min(float(z.min()) * 1.3, -1.5 * threshold)), limit)
-    axes.set_xlabel("normalised kurtosis (SD)")
+    axes.set_xticks([v for v in (-threshold, 0, threshold, 10, 100, 1000) if abs(v) <= limit])
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xlabel(f"normalised kurtosis (SD), logarithmic beyond {2 * threshold:g}")
     axes.set_title(f"{int(bad.sum())} bad, {int(cleaned.interpolated.sum())} interpolated")
     for row, why in enumerate(cleaned.reason):
         if why:
@@ -60,7 +65,7 @@ def _draw_kurtosis(axes: Any, cleaned: Cleaned, rows: np.ndarray, bad: np.ndarra
 
 
 def _draw_weights(axes: Any, cleaned: Cleaned, eog_names: list[str]) -> None:
-    axes.set_title("share of the EOG removed")
+    axes.set_title("EOG removed (µV per µV)")
     if not eog_names:
         axes.text(0.5, 0.5, "no EOG", transform=axes.transAxes, ha="center", va="center")
         axes.set_xticks([])
@@ -68,4 +73,5 @@ def _draw_weights(axes: Any, cleaned: Cleaned, eog_names: list[str]) -> None:
     limit = max(float(np.abs(cleaned.weights).max()), 1e-9)
     image = axes.imshow(cleaned.weights, cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="auto")
     axes.set_xticks(np.arange(len(eog_names)), eog_names, fontsize="small", rotation=90 if len(eog_names) > 3 else 0)
-    axes.figure.colorbar(image, ax=axes, pad=0.03)
+    bar = axes.figure.colorbar(image, ax=axes, pad=0.04, fraction=0.08)
+    bar.ax.tick_params(labelsize="small", length=2)
