@@ -118,6 +118,17 @@ def in_order(pairs: Iterable[tuple[str, str]], conditions: Iterable[str]) -> lis
     return sorted(set(pairs), key=lambda p: (p[0] != "all", p[0], rank.get(p[1], len(rank)), p[1]))
 
 
+def named_test(config: Options) -> str:
+    """Return what the test over subjects is, for the foot of a figure."""
+    how = "clusters" if config.correction == "cluster" else "extreme statistics"
+    return f"two-sided sign flips over subjects, {how} of the whole map, p < {config.alpha:g}"
+
+
+def held_by_half(tested: Iterable[Tested], n: int) -> list[Tested]:
+    """Return the tested contrasts that at least half of ``n`` subjects have: fewer say nothing of the group."""
+    return [one for one in tested if 2 * len(one.units) >= n]
+
+
 def over_subjects(averages: Mapping[str, Averages], config: Options, adjacency: Any) -> Iterator[Tested]:
     """Yield each contrast of each scenario over the subjects that have both conditions; at least one has.
 

@@ -47,7 +47,7 @@ def _figure(scores: pd.DataFrame) -> Figure:
     columns = min(len(panels), 4)
     lines = -(-len(panels) // columns)
     height = lines * (1.4 + 0.24 * (len(subjects) + len(below)))
-    figure = Figure(figsize=(1.8 + 2.9 * columns, height))
+    figure = Figure(figsize=(1.8 + 2.1 * columns, height))
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for axis, ((scenario, problem), part) in zip(axes.flat, panels, strict=False):
         _panel(axis, part, subjects, below, (str(scenario), str(problem)))
@@ -85,7 +85,7 @@ def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], below: list[str]
     )
     axis.set_ylim(0.3 - len(below), len(subjects) + 0.8)
     classes = part.iloc[0]
-    axis.set_title(f"{key[0]}: {classes['class1']} vs {classes['class2']}", fontsize=9)
+    axis.set_title(f"{key[0]}: {classes['class1']} vs {classes['class2']}", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
     axis.tick_params(axis="y", length=0)
 

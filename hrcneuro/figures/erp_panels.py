@@ -85,7 +85,7 @@ class Group:
             significant = None if test is None else test.significant
             panels.append(
                 Panel(
-                    one.name if one.scenario == ALL else f"{one.scenario}: {one.name}",
+                    f"{one.name if one.scenario == ALL else f'{one.scenario}: {one.name}'}, n = {len(one.units)}",
                     [self._trace(one, one.minus, CONTINUATION), self._trace(one, one.plus, hues[one.plus])],
                     _maps(one.result.difference, significant, self.times, self.gap_s, self.map_times_s),
                     None if significant is None else significant[row],

@@ -66,7 +66,7 @@ class Drawing:
         ]
         self._draw(rows, path, unit="%", note=f"{unit}; mean magnitude over its mean in time")
 
-    def group(self, tested: Sequence[Tested], path: Path, *, n: int) -> None:
+    def group(self, tested: Sequence[Tested], path: Path, *, n: int, test: str) -> None:
         """Draw tested contrasts over subjects; nothing where there is none."""
         rows = [
             Row(
@@ -77,7 +77,7 @@ class Drawing:
             for t in tested
         ]
         if rows:
-            self._draw(rows, path, unit="µV", note=f"n = {n}; pale: not significant")
+            self._draw(rows, path, unit="µV", note=f"n = {n}; full colour: significant ({test})")
 
     def _draw(self, rows: Sequence[Row], path: Path, *, unit: str, note: str) -> None:
         picked = [list(self.axes["channel"]).index(name) for name in self.shown]

@@ -45,7 +45,10 @@ CONTINUATION = "#6e6e6e"
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG and, beside it, a PDF whose bytes depend on the picture alone: no date, no version of a tool."""
     with rc_context(STYLE):
-        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+        # Packed less tightly: a twentieth larger, a fifth sooner.
+        figure.savefig(path, dpi=DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
+        # The parts stand where the PNG has put them; placing them anew would take as long as drawing.
+        figure.set_layout_engine("none")
         nothing = {"CreationDate": None, "Creator": None, "Producer": None}
         # The resolution is that of what a PDF holds as pixels.
         figure.savefig(path.with_suffix(".pdf"), dpi=DPI, metadata=nothing)

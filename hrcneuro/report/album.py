@@ -5,18 +5,23 @@ from __future__ import annotations
 import base64
 import hashlib
 import io
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 BUDGET = 24_000_000  # characters of base64
-# Colours and scale for the group's pictures and the subjects', in the order in which they are given up; None: left out.
-_STEPS: tuple[tuple[tuple[int, float], tuple[int, float] | None], ...] = (
-    ((256, 1.0), (128, 1.0)),
-    ((256, 1.0), (64, 0.7)),
-    ((128, 1.0), (32, 0.5)),
-    ((128, 0.8), None),
-    ((64, 0.5), None),
+_SMALL = 200_000  # bytes
+_MARK = re.compile(r"\{\{picture:[0-9a-f]{16}\}\}")
+# So many colours, and one of so many pixels a side; no colours: as it is.
+Form = tuple[int, int]
+# Forms of the group's pictures and of the subjects', in the order in which they are given up; None: left out.
+_STEPS: tuple[tuple[Form, Form | None], ...] = (
+    ((0, 1), (128, 2)),
+    ((256, 1), (64, 2)),
+    ((128, 1), (32, 3)),
+    ((128, 1), None),
+    ((64, 2), None),
 )
 
 
@@ -43,9 +48,7 @@ class Album:
     def fill(self, page: str) -> str:
         """Return the page with its pictures, as large as the budget allows."""
         data = self._encoded()
-        for name in self._pictures:
-            page = page.replace(name, data[name])
-        return page
+        return _MARK.sub(lambda mark: data[mark[0]], page)
 
     def _encoded(self) -> dict[str, str]:
         found: dict[str, str] = {}
@@ -60,20 +63,25 @@ class Album:
         return found
 
 
-def _uri(path: Path, form: tuple[int, float] | None) -> str:
+def _uri(path: Path, form: Form | None) -> str:
     if form is None:
         return _LEFT_OUT
+    colours, part = form
+    # To open a picture takes longest: what is small already goes in as it is.
+    whole = not colours or (form == _STEPS[0][1] and path.stat().st_size < _SMALL)
+    data = path.read_bytes() if whole else _shrunk(path, colours, part)
+    return f"data:image/png;base64,{base64.b64encode(data).decode()}"
+
+
+def _shrunk(path: Path, colours: int, part: int) -> bytes:
     from PIL import Image
 
-    colours, scale = form
     with Image.open(path) as picture:
-        image = picture.convert("RGB")
-    if scale < 1:
-        image = image.resize((round(image.width * scale), round(image.height * scale)), Image.Resampling.LANCZOS)
+        image = picture.convert("RGB").reduce(part)
     few = image.quantize(colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     stream = io.BytesIO()
     few.save(stream, "PNG")
-    return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"
+    return stream.getvalue()
 
 
 # A transparent dot: the caption stays, and the page says where the files lie.

@@ -37,7 +37,7 @@ def _recordings(results: Results) -> str:
         out = "" if unit in results.settings.included else "excluded"
         minutes = s.get("duration_s", math.nan) / 60
         rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
-    return fold("Recordings", table(["subject", "data", "channels", "rate", "length", "events", ""], rows))
+    return table(["subject", "data", "channels", "rate", "length", "events", "note"], rows)
 
 
 def _quality(results: Results) -> str:
@@ -61,7 +61,7 @@ def _counts(results: Results) -> str:
     if len(included) > 1:
         means = [spread([s.get("counts", {}).get(a, {}).get(b, 0) for s in included], 0) for a, b in cells]
         rows.append([f"mean ± SD, n = {len(included)}", *means, "", "", ""])
-    head = ["subject", *(f"{a} {b}" for a, b in cells), "epochs", "rejected", ""]
+    head = ["subject", *(f"{a} {b}" for a, b in cells), "epochs", "rejected", "note"]
     return table(head, rows)
 
 

@@ -26,10 +26,10 @@ class Drawing:
 
 
 _SIGNIFICANT = (
-    "Above: maps of the difference, white: significant electrodes. Middle: Cz, mean ± standard error over subjects, "
-    "takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of wavelet "
-    "magnitudes that is largest over the channels. Sign flips over subjects with the maximum statistic over all "
-    "channels, times and frequencies, two-sided, p < 0.05; the paper's own test (its S2) is not at hand."
+    "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
+    "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
+    "wavelet magnitudes that is largest over the channels. The figure's foot names the test; the paper's own (its S2) "
+    "is not at hand."
 )
 DRAWINGS = (
     Drawing(
@@ -39,7 +39,7 @@ DRAWINGS = (
         ("acquire", "preprocess"),
         "Signal quality",
         "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle "
-        "of up to six recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
+        "of up to four recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
     ),
     Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
     Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),

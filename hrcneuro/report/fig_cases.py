@@ -11,8 +11,11 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from hrcneuro.analyses.contrasts import named_test
 from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE
+from hrcneuro.figures.topomap import Map, Scalp
 from hrcneuro.report.maps import Tested
 from hrcneuro.report.results import Results
 
@@ -64,20 +67,23 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
     channel = results.settings.sections["erp"].channel
     traces = {(r["scenario"], r["condition"]): r for r in means[means["channel"] == channel].to_dict("records")}
     limit = max(float(np.quantile(np.abs(erp[p.key].difference), 0.998)) for p in panels)
+    scalp = Scalp.of(_positions(results, erp[panels[0].key].channels))
     rows = len(panels) // 2
     with rc_context(STYLE):
-        figure = Figure(figsize=(2 * _WIDTH, rows * _HEIGHT + 0.3))
-        high = rows * _HEIGHT + 0.3
+        figure = Figure(figsize=(2 * _WIDTH, rows * _HEIGHT + 0.45))
+        high = rows * _HEIGHT + 0.45
         grid = figure.add_gridspec(
-            rows, 2, left=0.07, right=0.955, top=1 - 0.5 / high, bottom=0.45 / high, wspace=0.2, hspace=0.32
+            rows, 2, left=0.07, right=0.955, top=1 - 0.5 / high, bottom=0.62 / high, wspace=0.2, hspace=0.32
         )
         waves = []
         for i, panel in enumerate(panels):
             cell = grid[i // 2, i % 2]
-            parts = cell.subgridspec(5, 1, height_ratios=[1, 0.12, 2.1, 0.25, 1.1], hspace=0)
+            parts = cell.subgridspec(5, 1, height_ratios=[1.1, 0.06, 2.1, 0.25, 1.1], hspace=0)
             tested = erp[panel.key]
             times = map_times(tested)
-            _topographies(figure, parts[0], tested, times, _info(results, tested.channels), limit)
+            if scalp is not None:
+                shown = [_map(tested, time) for time in times]
+                scalp.draw(figure.add_subplot(parts[0]), shown, limit, slots=len(_MAP_TIMES_S), bar=True)
             axes = figure.add_subplot(parts[2])
             _waves(axes, panel, traces, tested, times, channel)
             waves.append(axes)
@@ -85,6 +91,8 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
             place = cell.get_position(figure)
             figure.text(place.x0 - 0.055, place.y1 + 0.3 / high, panel.letter, fontsize=12, fontweight="bold")
             figure.text(place.x0 - 0.03, place.y1 + 0.31 / high, panel.title, fontsize=9)
+        test = named_test(results.settings.sections["erp"])
+        figure.text(0.07, 0.06 / high, f"n in each panel; significant: {test}", fontsize=6.5, color=GREY, va="bottom")
         low, top = min(a.get_ylim()[0] for a in waves), max(a.get_ylim()[1] for a in waves)
         for axes in waves:
             axes.set_ylim(low, top)
@@ -100,6 +108,11 @@ def map_times(tested: Tested) -> list[float]:
         best = float(np.median(tested.times[count == count.max()]))
         times[int(np.argmin(np.abs(np.array(times) - best)))] = best
     return sorted(times)
+
+
+def _map(tested: Tested, time: float) -> Map:
+    at = int(np.argmin(np.abs(tested.times - time)))
+    return Map(time, tested.difference[:, at], tested.significant[:, at])
 
 
 def _waves(
@@ -134,7 +147,7 @@ def _waves(
 def _rhythms(figure: Figure, axes: Axes, tested: Tested | None) -> None:
     """Draw, for every time and frequency, the significant difference that is largest over the channels."""
     axes.set_xlabel("time from onset (ms)")
-    axes.set_ylabel("Hz")
+    axes.set_ylabel("frequency (Hz)")
     if tested is None:
         axes.text(0.5, 0.5, "ersp has not run", transform=axes.transAxes, ha="center", color=GREY)
         return
@@ -150,7 +163,7 @@ def _rhythms(figure: Figure, axes: Axes, tested: Tested | None) -> None:
         return
     limit = float(np.abs(extreme).max())
     shown = np.ma.masked_where(extreme == 0, extreme)
-    image = axes.pcolormesh(ms, hz, shown, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="nearest")
+    image = axes.pcolormesh(ms, hz, shown, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
     names = np.array(tested.channels)[np.unique(np.abs(masked).argmax(axis=0)[extreme != 0])]
     text = ", ".join(names[:6]) + (" ..." if len(names) > 6 else "")
     axes.text(0.01, 0.95, f"significant at {text}", transform=axes.transAxes, va="top", fontsize=7)
@@ -159,52 +172,14 @@ def _rhythms(figure: Figure, axes: Axes, tested: Tested | None) -> None:
     bar.ax.tick_params(labelsize=6, length=2, pad=1)
 
 
-def _topographies(figure: Figure, cell: Any, tested: Tested, times: Sequence[float], info: Any, limit: float) -> None:
-    if info is None:
-        return
-    import mne
-
-    places = cell.subgridspec(1, len(times) + 1, width_ratios=[1] * len(times) + [0.06], wspace=0.1)
-    rows = [tested.channels.index(name) for name in info["ch_names"]]
-    image: Any = None
-    for i, time in enumerate(times):
-        axes = figure.add_subplot(places[i])
-        at = int(np.argmin(np.abs(tested.times - time)))
-        marked = tested.significant[rows, at]
-        image, _ = mne.viz.plot_topomap(
-            tested.difference[rows, at],
-            info,
-            axes=axes,
-            show=False,
-            cmap="RdBu_r",
-            vlim=(-limit, limit),
-            contours=4,
-            sensors="k,",
-            mask=marked if marked.any() else None,
-            mask_params=dict(marker="o", markerfacecolor="w", markeredgecolor="k", linewidth=0, markersize=3),
-        )
-        axes.set_title(f"{1000 * time:.0f} ms", fontsize=7, pad=1)
-    bar = figure.colorbar(image, cax=figure.add_subplot(places[len(times)]))
-    bar.set_ticks([-limit, 0, limit], labels=[f"-{limit:.2g}", "0", f"{limit:.2g}"])
-    bar.ax.tick_params(labelsize=6, length=2, pad=1)
-    bar.ax.set_title("µV", fontsize=6, pad=3)
-
-
-def _info(results: Results, channels: Sequence[str]) -> Any:
-    """Return the info of the channels whose place on the head is known; None where too few are for a map."""
-    import mne
-
+def _positions(results: Results, channels: Sequence[str]) -> NDArray[np.float64]:
+    """Return where the channels are on the head, shape (channels, 3), in metres; NaN where that is not known."""
     tables = results.tables("ersp", "channels.parquet")
     if tables:
         table: pd.DataFrame = next(iter(tables.values())).set_index("channel")
         places = {name: table.loc[name, ["x_m", "y_m", "z_m"]].to_numpy(float) for name in table.index}
     else:
+        import mne
+
         places = mne.channels.make_standard_montage("standard_1005").get_positions()["ch_pos"]
-    known = [name for name in channels if name in places and np.isfinite(places[name]).all()]
-    if len(known) < 4:
-        return None
-    info = mne.create_info(known, 1.0, "eeg")
-    info.set_montage(
-        mne.channels.make_dig_montage({name: places[name] for name in known}, coord_frame="head"), verbose="error"
-    )
-    return info
+    return np.array([places.get(name, np.full(3, np.nan)) for name in channels])

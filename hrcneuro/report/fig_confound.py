@@ -50,7 +50,7 @@ def draw(results: Results) -> Figure | None:
                 _panel(axis, part, here[here["decoder"] == decoders[0]])
             else:
                 _panel(axis, part, sizes)
-            axis.set_title(f"{scenario}: {problem}")
+            axis.set_title(f"{scenario}: {problem}, n = {len(part)}")
             axis.set_xlabel("balanced accuracy (%)")
         values = scores[["bacc", *columns]].to_numpy(float)
         axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanquantile(values, 0.99)) + 3)

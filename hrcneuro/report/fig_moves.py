@@ -25,20 +25,21 @@ def draw(results: Results) -> Figure | None:
         _errors(errors, moves)
         everything = pd.concat(list(moves.values()))
         arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
-        arrival.set_xlabel("entry into the 2 mm radius / t_f")
+        arrival.set_xlabel("entry into the 2 mm radius / $t_f$")
         arrival.set_ylabel("moves")
-        arrival.set_title("arrival")
+        arrival.set_title(f"arrival, {int(everything['t_2mm_s'].notna().sum())} moves")
         latency = everything["trigger_latency_ms"].dropna()
         markers.hist(latency, bins=60, color=COLOURS[0])
-        markers.set_xlabel("from marker to motion onset (ms)")
+        markers.set_xlabel("motion onset after marker (ms)")
+        markers.set_ylabel("moves")
         markers.set_title(f"{latency.mean():.2f} ± {latency.std():.2f} ms, n = {len(latency)}")
     return figure
 
 
 def _durations(axes: Axes, results: Results) -> None:
     trials = results.tables("acquire", "trials.parquet")
-    axes.set_title("onset to onset; dashed: the paper's mean")
-    axes.set_xlabel("ms")
+    axes.set_title("onset to onset; dashed: paper's mean")
+    axes.set_xlabel("time (ms)")
     axes.set_ylabel("share of the moves")
     moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
     if moves.empty:
@@ -72,3 +73,4 @@ def _errors(axes: Axes, moves: dict[str, pd.DataFrame]) -> None:
     axes.set_xlim(0.005, 4)
     axes.legend(loc="upper left", fontsize=6.5)
     axes.set_ylim(0, 1.25)
+    axes.set_yticks([0, 0.25, 0.5, 0.75, 1])

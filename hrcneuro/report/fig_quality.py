@@ -19,7 +19,7 @@ _SECONDS = 90.0
 _BLINK_UV = 60.0
 _AROUND_S = 0.5
 # More lines than these would hide each other, and each recording takes its time to open.
-_MOST = 6
+_MOST = 4
 
 
 def draw(results: Results) -> Figure | None:
@@ -53,7 +53,7 @@ def _channels(figure: Figure, axes: Axes, tables: dict[str, Any]) -> None:
     axes.plot(crossed[:, 1], crossed[:, 0], "x", color="k", ms=4, mew=1)
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6.5)
     axes.set_yticks(range(len(tables)), list(tables))
-    axes.set_title("kurtosis of the channels (SD); x: replaced")
+    axes.set_title("normalised kurtosis of the channels (SD); x: replaced")
     bar = figure.colorbar(image, ax=axes, pad=0.01, fraction=0.04, extend="both")
     bar.ax.tick_params(labelsize=6)
 
@@ -66,8 +66,8 @@ def _spectra(axes: Axes, looked: list[dict[str, Any]]) -> None:
     if looked:
         axes.set_ylim(bottom=min(float(one["before"][1].min()) for one in looked) / 30)
     axes.set_xlim(0, 60)
-    axes.set_xlabel("Hz")
-    axes.set_ylabel("median over channels (µV²/Hz)")
+    axes.set_xlabel("frequency (Hz)")
+    axes.set_ylabel("power, median over channels (µV²/Hz)")
     axes.set_title(f"spectra, {len(looked)} subjects")
     axes.legend(loc="lower left")
 
@@ -83,6 +83,8 @@ def _blinks(axes: Axes, looked: list[dict[str, Any]]) -> None:
         for i, one in enumerate(looked):
             ms = 1000 * np.linspace(-_AROUND_S, _AROUND_S, len(one[which]))
             axes.plot(ms, one[which], color=colour, lw=0.8, alpha=0.7, label=label if i == 0 else "_nolegend_")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.15 * (high - low))  # room for the legend
     axes.legend(loc="upper right")
 
 

@@ -76,7 +76,8 @@ class Tested:
         rows = np.flatnonzero(self.significant.reshape(len(self.channels), -1).any(axis=1))
         names = [self.channels[i] for i in rows]
         where = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-        text = f"{where}, {1000 * self.times[found[0]]:.0f} to {1000 * self.times[found[-1]]:.0f} ms"
+        first, last = (f"{1000 * self.times[i]:.0f}" for i in (found[0], found[-1]))
+        text = f"{where}, {first} to {last} ms" if first != last else f"{where}, {first} ms"
         if len(self.frequencies):
             bins = self.frequencies[self.significant.any(axis=(0, 2))]
             text += f", {bins.min():g} to {bins.max():g} Hz" if len(bins) > 1 else f", {bins[0]:g} Hz"

@@ -73,8 +73,8 @@ def _scenarios(sequential: Tested, intermittent: Tested) -> dict[str, Measured]:
     strength = [float(np.abs(one.difference).max()) for one in motor]
     early = motor[0].any and (not motor[1].any or motor[0].first_s < motor[1].first_s)
     found["ersp 3 early"] = Measured(
-        f"largest difference {strength[0]:.2f} µV in sC, {strength[1]:.2f} in iC; significant from "
-        f"{_ms(motor[0])} and {_ms(motor[1])}",
+        f"largest difference {strength[0]:.2f} µV in sC, {strength[1]:.2f} in iC; {_ms(motor[0])} in sC, "
+        f"{_ms(motor[1])} in iC",
         bool(strength[0] > strength[1] and early),
         "eeg",
         "larger and earlier significant in sC",
@@ -90,7 +90,7 @@ def _nothing(tested: Tested) -> Measured:
 
 
 def _ms(tested: Tested) -> str:
-    return f"{1000 * tested.first_s:.0f} ms" if tested.any else "never"
+    return f"significant from {1000 * tested.first_s:.0f} ms" if tested.any else "never significant"
 
 
 def _decoding(results: Results) -> dict[str, Measured]:

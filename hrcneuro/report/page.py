@@ -37,12 +37,15 @@ NAMES = {
     "erp_scenarios.png": "ERP by scenario",
     "ersp.png": "ERSP of all contrasts",
     "ersp_scenarios.png": "ERSP by scenario",
+    "erp_strata.png": "ERP within strata",
+    "ersp_strata.png": "ERSP within strata",
     "robot.png": "Path and tracking error",
     "timing.png": "Timing",
     "reach.png": "Cell",
 }
 _PLURAL = {AGREES: "agree", DIFFERS: "differ"}
-_FOLDED = ("erp.png", "erp_scenarios.png", "ersp.png", "ersp_scenarios.png")
+_FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
+_APPENDIX = "All contrasts: without mask, with error moves left out, and within strata"
 # A link into something folded unfolds it, and so does printing; without script both still work by hand.
 _SCRIPT = (
     "const open_=()=>{let e=location.hash&&document.getElementById(location.hash.slice(1));"
@@ -145,7 +148,7 @@ class Page:
         return (
             f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
             f"{items(provenance.plain(notes))}"
-            f"{fold('All contrasts: without mask, and with error moves left out', ''.join(map(self._figure, beside)))}"
+            f"{fold(_APPENDIX, ''.join(map(self._figure, beside)))}"
             f"{self._subjects(stage)}</section>"
         )
 

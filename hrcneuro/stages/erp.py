@@ -135,7 +135,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     channel = nearest_channel(config.channel, names)
     drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s)
-    note = f"n = {len(averages)}; bands: standard error over subjects"
+    note = f"bands: standard error over subjects; significant: {group_contrasts.named_test(config)}"
     for name, chosen in (
         ("erp.png", [t for t in tested if t.scenario == ALL]),
         (
@@ -151,8 +151,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     strata = _read_strata(inputs, names)
     within = list(group_contrasts.over_subjects(strata, config, adjacency))
     contrast_tables.write_tested(within, axes, out / "erp_strata.parquet", contrast_tables.ERP_STRATA)
-    if within:
-        panels = replace(drawing, averages=strata).panels(within)
+    if shown := group_contrasts.held_by_half(within, len(averages)):
+        panels = replace(drawing, averages=strata).panels(shown)
         erp_figures.draw(panels, times, info, out / "erp_strata.png", channel=channel, gap_s=gap, note=note)
     return summary | {"strata": contrast_strata.summary(within, labels)}
 

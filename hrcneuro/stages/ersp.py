@@ -114,18 +114,22 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     shown, missing = _figure_channels(config, axes["channel"])
     drawing = ersp_figures.Drawing(axes, shown, gap)
-    drawing.group([t for t in tested if t.scenario == ALL], out / "ersp.png", n=len(averages))
+    test = group_contrasts.named_test(config)
+    drawing.group([t for t in tested if t.scenario == ALL], out / "ersp.png", n=len(averages), test=test)
     apart = [t for t in tested if t.scenario != ALL]
     order = list(config.contrasts)
     drawing.group(
-        sorted(apart, key=lambda t: (order.index(t.name), t.scenario)), out / "ersp_scenarios.png", n=len(averages)
+        sorted(apart, key=lambda t: (order.index(t.name), t.scenario)),
+        out / "ersp_scenarios.png",
+        n=len(averages),
+        test=test,
     )
     labels = {"channel": axes["channel"], "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
     summary = group_contrasts.group_summary(averages, tested, labels, config)
     strata = _read_strata(inputs, axes["channel"])
     within = list(group_contrasts.over_subjects(strata, config, adjacency))
     contrast_tables.write_tested(within, axes, out / "ersp_strata.parquet", contrast_tables.ERSP_STRATA)
-    drawing.group(within, out / "ersp_strata.png", n=len(strata))
+    drawing.group(group_contrasts.held_by_half(within, len(strata)), out / "ersp_strata.png", n=len(strata), test=test)
     return summary | {"strata": contrast_strata.summary(within, labels), "warnings": summary["warnings"] + missing}
 
 
