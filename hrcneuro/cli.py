@@ -254,7 +254,7 @@ def config_check(options: Options) -> int:
 @_command(
     "Run a simulated UR10 (CB3) controller that speaks UR's own protocols, until Ctrl-C or SIGTERM.",
     "ur10 serve --address 127.0.0.2",
-    "ur10 serve --address 127.0.0.2 --fault protective_stop@30 --fault latency=0.02",
+    "ur10 serve --fault protective_stop@30",
     name="serve",
     group=ur10_app,
 )

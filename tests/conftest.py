@@ -39,6 +39,7 @@ def call(*arguments, cwd=ROOT, env=None, timeout=300):
         [*COMMAND, *map(str, arguments)],
         cwd=cwd,
         env=environment,
+        stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         timeout=timeout,

@@ -118,10 +118,12 @@ def in_order(pairs: Iterable[tuple[str, str]], conditions: Iterable[str]) -> lis
     return sorted(set(pairs), key=lambda p: (p[0] != "all", p[0], rank.get(p[1], len(rank)), p[1]))
 
 
-def named_test(config: Options) -> str:
-    """Return what the test over subjects is, for the foot of a figure."""
+def named_test(config: Options, *, subjects: int) -> str:
+    """Return what the test over so many subjects is, short enough for the foot of a figure."""
+    if subjects < 2:
+        return "one subject: not tested"
     how = "clusters" if config.correction == "cluster" else "extreme statistics"
-    return f"two-sided sign flips over subjects, {how} of the whole map, p < {config.alpha:g}"
+    return f"p < {config.alpha:g} by sign flips over subjects, {how}"
 
 
 def held_by_half(tested: Iterable[Tested], n: int) -> list[Tested]:

@@ -77,7 +77,7 @@ class Drawing:
             for t in tested
         ]
         if rows:
-            self._draw(rows, path, unit="µV", note=f"n = {n}; full colour: significant ({test})")
+            self._draw(rows, path, unit="µV", note=f"n = {n}; full colour: {test}" if n > 1 else test)
 
     def _draw(self, rows: Sequence[Row], path: Path, *, unit: str, note: str) -> None:
         picked = [list(self.axes["channel"]).index(name) for name in self.shown]

@@ -91,8 +91,8 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
             place = cell.get_position(figure)
             figure.text(place.x0 - 0.055, place.y1 + 0.3 / high, panel.letter, fontsize=12, fontweight="bold")
             figure.text(place.x0 - 0.03, place.y1 + 0.31 / high, panel.title, fontsize=9)
-        test = named_test(results.settings.sections["erp"])
-        figure.text(0.07, 0.06 / high, f"n in each panel; significant: {test}", fontsize=6.5, color=GREY, va="bottom")
+        test = named_test(results.settings.sections["erp"], subjects=erp[panels[0].key].n)
+        figure.text(0.07, 0.06 / high, f"bands: standard error; {test}", fontsize=6.5, color=GREY, va="bottom")
         low, top = min(a.get_ylim()[0] for a in waves), max(a.get_ylim()[1] for a in waves)
         for axes in waves:
             axes.set_ylim(low, top)

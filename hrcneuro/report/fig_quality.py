@@ -68,12 +68,12 @@ def _spectra(axes: Axes, looked: list[dict[str, Any]]) -> None:
     axes.set_xlim(0, 60)
     axes.set_xlabel("frequency (Hz)")
     axes.set_ylabel("power, median over channels (µV²/Hz)")
-    axes.set_title(f"spectra, {len(looked)} subjects")
+    axes.set_title(f"spectra, n = {len(looked)}")
     axes.legend(loc="lower left")
 
 
 def _blinks(axes: Axes, looked: list[dict[str, Any]]) -> None:
-    axes.set_title(f"blinks, {len(looked)} subjects")
+    axes.set_title(f"blinks, n = {len(looked)}")
     axes.set_xlabel("time from the peak (ms)")
     axes.set_ylabel("frontal channels (µV)")
     if not looked:

@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from hrcneuro import __version__, stages
+from hrcneuro.figures.style import DPI
 from hrcneuro.report import chapters, provenance
 from hrcneuro.report.album import Album
 from hrcneuro.report.drawn import Drawing, collect, draw_all
@@ -177,7 +178,7 @@ class Page:
         mark = self.album.mark(path, subject=subject)
         text = esc(caption)
         return (
-            f"<figure id='{anchor}'><div class='pan'><img alt='{text}' src='{mark}'></div>"
+            f"<figure id='{anchor}'><div class='pan'><img width='{_width(path)}' alt='{text}' src='{mark}'></div>"
             f"<figcaption>{text}</figcaption></figure>"
         )
 
@@ -189,6 +190,14 @@ def render(results: Results, folder: Path) -> str:
 
 def _anchor(figure: Figure) -> str:
     return f"{figure.stage}-{figure.unit}-{figure.path.stem}"
+
+
+def _width(path: Path) -> int:
+    """Return how wide a picture stands in the page: letters of all figures are equally large, a sixth above print."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        return round(110 * picture.width / DPI)
 
 
 def _count(number: int, noun: str) -> str:

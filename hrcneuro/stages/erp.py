@@ -26,8 +26,9 @@ GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet")}
 FIGURES = {
     "erp_subject.png": "One subject's potentials with standard errors over trials; maps of the difference (of the "
     "potential itself where the study has no contrast)",
-    "erp.png": "Grand averages of takeover (colour) and continuation (grey) with standard errors over subjects; grey "
-    "spans and white electrodes: significant differences; maps of the difference (the paper's Fig 2)",
+    "erp.png": "Grand averages of each contrast, its first condition in colour, its second in grey, with standard "
+    "errors over subjects; grey spans and white electrodes: significant; maps of the difference (as in the paper's "
+    "Fig 2)",
     "erp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
     "erp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in what is "
     "coming (turn): what remains of the difference does not stem from that",
@@ -135,7 +136,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     channel = nearest_channel(config.channel, names)
     drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s)
-    note = f"bands: standard error over subjects; significant: {group_contrasts.named_test(config)}"
+    note = f"bands: standard error; {group_contrasts.named_test(config, subjects=len(averages))}"
     for name, chosen in (
         ("erp.png", [t for t in tested if t.scenario == ALL]),
         (

@@ -25,7 +25,7 @@ GROUP_INPUTS: Patterns = {"ersp": ("ersp*.parquet", "channels.parquet")}
 FIGURES = {
     "ersp_subject.png": "One subject's difference of mean magnitudes (of the magnitude itself, over its mean in time, "
     "where the study has no contrast)",
-    "ersp.png": "Differences of mean magnitudes over subjects; full colour where significant (the paper's Fig 2)",
+    "ersp.png": "Differences of mean magnitudes over subjects; full colour where significant (as in the paper's Fig 2)",
     "ersp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
     "ersp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in what is "
     "coming (turn)",
@@ -114,7 +114,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     shown, missing = _figure_channels(config, axes["channel"])
     drawing = ersp_figures.Drawing(axes, shown, gap)
-    test = group_contrasts.named_test(config)
+    test = group_contrasts.named_test(config, subjects=len(averages))
     drawing.group([t for t in tested if t.scenario == ALL], out / "ersp.png", n=len(averages), test=test)
     apart = [t for t in tested if t.scenario != ALL]
     order = list(config.contrasts)

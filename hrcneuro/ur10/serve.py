@@ -73,7 +73,10 @@ async def _serve(
             if not os.read(sys.stdin.fileno(), 4096):
                 ended.set()
 
-        loop.add_reader(sys.stdin.fileno(), read)
+        try:
+            loop.add_reader(sys.stdin.fileno(), read)
+        except PermissionError:  # a file or /dev/null, which no one holds open
+            ended.set()
     # A cycle every 8 ms: where that is allowed, before the machine's other work.
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, -15)

@@ -1,6 +1,7 @@
 """Every command as a user meets it: help, examples, exit codes, errors with a cure."""
 
 import json
+import os
 import re
 import shlex
 from pathlib import Path
@@ -12,11 +13,24 @@ COMMANDS = [
     *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
     *(["run"], ["status"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
+    ["ur10", "serve"],
 ]
 
 
 def examples(text):
     return re.findall(r"^ +hrcneuro (.+)$", text.partition("Examples:")[2], flags=re.M)
+
+
+def test_no_command_is_forgotten_here():
+    from typer.main import get_command
+
+    from hrcneuro.cli import app
+
+    def walk(command, words):
+        inner = getattr(command, "commands", None)
+        return [words] if inner is None else [w for name, one in inner.items() for w in walk(one, [*words, name])]
+
+    assert sorted(walk(get_command(app), [])) == sorted(COMMANDS)
 
 
 def test_help_lists_every_command(hrcneuro):
@@ -42,6 +56,9 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
         if "ursim" in arguments:
             # In real time, and on a machine that runs other tests: test_ur10_drivers.py drives it.
             given.append("--dry-run")
+        if words == ["ur10", "serve"]:
+            # It ends with its standard input, which is closed here; the address is one that no other test uses.
+            given += ["--until-stdin-closes", "--address", f"127.{1 + os.getpid() % 250}.0.2"]
         if words == ["cache", "gc"] and "--dry-run" not in arguments:
             given.append("--dry-run")
         if "--workdir" not in arguments:
@@ -115,6 +132,13 @@ def test_an_error_in_json_mode_is_json(hrcneuro, tmp_path):
 
 def test_debug_shows_the_traceback(hrcneuro, tmp_path):
     assert "Traceback" in hrcneuro("epoch", "nobody", "--debug", "--workdir", tmp_path).err
+
+
+@pytest.mark.parametrize("words", [["report"], ["path", "epoch", "s01"]], ids=" ".join)
+def test_what_is_read_back_from_a_study_is_one_json_document(hrcneuro, smoke, words):
+    done = hrcneuro(*words, "--json", "--config", "configs/smoke.toml", "--workdir", smoke)
+    assert done.code == 0, done.err
+    assert Path(done.json[words[0]]).exists()
 
 
 def test_path_prints_where_an_artifact_lies(hrcneuro, smoke):
