@@ -32,8 +32,8 @@ def _recordings(results: Results) -> str:
         s = results.summary("acquire", unit)
         real = s.get("real", {})
         kind = "real" if real.get("eeg") else "synthetic EEG, real behaviour" if real.get("behaviour") else "synthetic"
-        channels = ", ".join(f"{n} {name}" for name, n in s.get("channels", {}).items())
-        events = ", ".join(f"{n} {name}" for name, n in s.get("events", {}).items())
+        channels = ", ".join(f"{n} {name}" for name, n in sorted(s.get("channels", {}).items()))
+        events = ", ".join(f"{n} {name}" for name, n in sorted(s.get("events", {}).items()))
         out = "" if unit in results.settings.included else "excluded"
         minutes = s.get("duration_s", math.nan) / 60
         rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
@@ -52,7 +52,8 @@ def _quality(results: Results) -> str:
 def _counts(results: Results) -> str:
     found = {u: results.summary("epoch", u) for u in results.units("epoch")}
     cells = [(s, c) for one in found.values() for s, cases in one.get("counts", {}).items() for c in cases]
-    cells = list(dict.fromkeys(cells))
+    # A summary that comes from the cache has lost its order.
+    cells = sorted(set(cells))
     rows: list[list[Cell]] = []
     for unit, s in found.items():
         counts = [s.get("counts", {}).get(scenario, {}).get(case, 0) for scenario, case in cells]

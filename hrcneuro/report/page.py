@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Container, Sequence
 from importlib.resources import files
@@ -134,7 +135,11 @@ class Page:
         if not missing:
             return ""
         words = {"would-run": "has not run with these settings, data and code", "blocked": "could not run"}
-        lines = [f"{i.stage} {i.unit}: {words.get(i.state, i.state)} ({'; '.join(i.why)})" for i in missing]
+        alike: dict[tuple[str, str], list[str]] = {}
+        for i in missing:
+            why = dict.fromkeys(re.sub(r"^(inputs: \w+) of \S+ ", r"\1 ", one) for one in i.why)
+            alike.setdefault((i.stage, f"{words.get(i.state, i.state)} ({'; '.join(why)})"), []).append(i.unit)
+        lines = [f"{stage} {_span(units)}: {text}" for (stage, text), units in alike.items()]
         return f"<section class='missing'><h2>Not in this report</h2>{items(provenance.plain(lines))}</section>"
 
     def _chapter(self, stage: str) -> str:
@@ -190,6 +195,10 @@ def render(results: Results, folder: Path) -> str:
 
 def _anchor(figure: Figure) -> str:
     return f"{figure.stage}-{figure.unit}-{figure.path.stem}"
+
+
+def _span(units: Sequence[str]) -> str:
+    return ", ".join(units) if len(units) <= 3 else f"{units[0]} … {units[-1]}, {len(units)} units"
 
 
 def _width(path: Path) -> int:
