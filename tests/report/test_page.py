@@ -165,3 +165,15 @@ def test_a_browser_has_nothing_to_complain_of(written, tmp_path):
     )
     assert "</html>" in done.stdout
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+
+
+def test_what_is_missing_of_many_subjects_is_one_line_a_reason(written, tmp_path):
+    settings, items, _ = written
+    left = [i for i in items if i.stage == "acquire"]
+    units = [f"s{i:02d}" for i in range(1, 13)]
+    missing = [pipeline.Item("erp", u, state="would-run", why=["never run"]) for u in units]
+    why = [f"inputs: erp of {u} would run" for u in units]
+    group = pipeline.Item("erp", "group", state="would-run", why=why)
+    text = write_report(settings, [*left, *missing, group], tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "erp s01 … s12, 12 units: has not run with these settings, data and code (never run)" in text
+    assert text.count("inputs: erp would run") == 1
