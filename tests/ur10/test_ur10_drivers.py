@@ -1,6 +1,7 @@
 """The drivers of hrcneuro against the controller: they follow, they refuse, and the arm stops when they die."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from hrcneuro.robot.backends.script import ScriptArm
 from hrcneuro.robot.backends.ur import UrArm
 from hrcneuro.robot.backends.ursim import UrSim
 
-QD, SAFETY, PROGRAM = slice(37, 43), 101, 131
+TARGET_QD, QD, SAFETY, PROGRAM = slice(7, 13), slice(37, 43), 101, 131
 KINDS = ["script", "rtde"]
 
 
@@ -67,51 +68,95 @@ def test_a_driver_moves_the_arm_and_stops_it(kind, served, stream):
         arm.close()
 
 
-RECONNECTS = pytest.mark.xfail(
-    strict=False,
-    reason="ur_rtde reconnects by itself and uploads its program anew, without the watchdog; at times it hangs the "
-    "whole driver while it does, and the guard with it (docs/robot.md, known gaps)",
-)
+@pytest.fixture
+def driver():
+    """Start drivers in processes of their own that move the arm for ever; they end with the test."""
+    started = []
+
+    def start(kind, address):
+        if kind == "rtde":
+            pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+        program = f"""
+from hrcneuro.robot.backends import connect
+arm, clock = connect("ur", host={address!r}, driver={kind!r})
+print(arm._process.pid if {kind!r} == "rtde" else 0, flush=True)
+begin = clock.now()
+for i in range(10 ** 6):
+    clock.wait_until(begin + 0.008 * i)
+    arm.state()
+    arm.speed([0.4, 0.0, 0.3, 0.0, 0.0, 0.0])
+"""
+        started.append(subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE))
+        return started[-1], int(started[-1].stdout.readline())
+
+    yield start
+    for one in started:
+        one.kill()
+        one.wait()
+        one.stdout.close()
+
+
+def speed_of(packet):
+    return max(map(abs, packet[QD]))
 
 
 @pytest.mark.parametrize(
     ("way", "kind"),
-    [("killed", "rtde"), ("killed", "script"), ("cut", "script"), pytest.param("cut", "rtde", marks=RECONNECTS)],
+    [("killed", "script"), ("cut", "script"), ("killed", "rtde"), ("ur_rtde killed", "rtde"), ("cut", "rtde")],
 )
-def test_an_arm_whose_driver_is_gone_comes_to_rest(way, kind, served, stream):
-    if kind == "rtde":
-        pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+def test_an_arm_whose_driver_is_gone_comes_to_rest_and_stays(way, kind, served, stream, driver):
     one = served()
     packets = stream(one)
-    module, name = ("ur", "UrArm") if kind == "rtde" else ("script", "ScriptArm")
-    driver = subprocess.Popen(
-        [sys.executable, "-c", f"""
-from hrcneuro.robot.backends.clock import WallClock
-from hrcneuro.robot.backends.{module} import {name}
-clock = WallClock()
-arm = {name}({one.address!r}, clock)
-begin = clock.now()
-for i in range(10 ** 6):
-    clock.wait_until(begin + 0.008 * i)
-    arm.speed([0.4, 0.0, 0.3, 0.0, 0.0, 0.0])
-"""], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+    process, own = driver(kind, one.address)
+    packets.until(lambda p: abs(p[QD][0] - 0.4) < 1e-2)
+    begin = packets.newest()[0]
+    if way == "cut":
+        one.fault("cut")
+        with pytest.raises((AssertionError, OSError)):
+            packets.until(lambda p: False)
+        packets = stream(one)
+    else:
+        os.kill(own if way == "ur_rtde killed" else process.pid, signal.SIGKILL)
+    rest = packets.until(lambda p: speed_of(p) < 0.01)
+    # On the controller's clock. The arm would move on if someone connected and uploaded ur_rtde's program again.
+    assert rest[0] - begin < 0.25
+    packets.until(lambda p: p[0] > rest[0] + 0.5 or speed_of(p) > 0.01)
+    assert speed_of(packets.packet()) < 0.01
+
+
+def test_the_command_a_killed_driver_left_behind_moves_nothing_on_connecting(served, stream, driver):
+    one = served()
+    packets = stream(one)
+    process, _ = driver("rtde", one.address)
+    packets.until(lambda p: abs(p[QD][0] - 0.4) < 1e-2)
+    process.kill()
+    packets.until(lambda p: not any(p[TARGET_QD]))
+    arm = UrArm(one.address, WallClock())
     try:
-        packets.until(lambda p: abs(p[QD][0] - 0.4) < 1e-2)
-        if way == "killed":
-            begin = packets.packet()[0]
-            os.kill(driver.pid, signal.SIGKILL)
-        else:
-            begin = packets.packet()[0]
-            one.fault("cut")
-            with pytest.raises((AssertionError, OSError)):
-                packets.until(lambda p: False)
-            packets = stream(one)
-        rest = packets.until(lambda p: max(map(abs, p[QD])) < 0.01)
-        # On the controller's clock; a loaded machine may delay the signal itself.
-        assert rest[0] - begin < 0.5
+        since = packets.newest()[0]
+        assert arm.state().runtime == 2
+        packets.until(lambda p: p[0] > since + 0.3 or any(p[TARGET_QD]))
+        assert not any(packets.packet()[TARGET_QD])
     finally:
-        driver.kill()
-        driver.wait()
+        arm.close()
+
+
+def test_ur_rtde_cannot_connect_a_second_time(served):
+    pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+    one = served()
+    arm = UrArm(one.address, WallClock())
+    try:
+        assert resource.prlimit(arm._process.pid, resource.RLIMIT_NOFILE) == (3, 3)
+        one.fault("cut")
+        begin = time.monotonic()
+        while arm._clock.now() - arm.state().stamp < 0.2:
+            time.sleep(PERIOD)
+        arm.stop(4.0)
+        assert one.ask("running") == ["Program running: false"]
+    finally:
+        arm.close()
+    assert time.monotonic() - begin < 3.0, "a driver that hangs is not waited for"
+    assert arm._process.returncode is not None
 
 
 def test_the_own_controller_ends_with_its_driver():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import select
 import socket
 import struct
 import subprocess
@@ -109,6 +110,13 @@ class Stream:
             assert piece, "the controller closed the connection"
             data += piece
         return data
+
+    def newest(self):
+        """Return the newest packet, those that were not read yet left out."""
+        while True:
+            packet = self.packet()
+            if not select.select([self.link], [], [], 0.0)[0]:
+                return packet
 
     def until(self, condition, seconds=10.0):
         """Return the first packet that meets ``condition``."""
