@@ -65,10 +65,12 @@ class Commands:
         """Take joint velocities; return after ``t`` seconds, or when they are reached."""
         yield from self._keep(SpeedJ(_six(qd), _positive(a)), t if t is not None else t_min)
 
-    def speedl(self, xd: Vector, a: float = 1.2, t: float | None = None, aRot: float | None = None) -> Routine:
+    def speedl(
+        self, xd: Vector, a: float = 1.2, t: float | None = None, aRot: float | None = None, t_min: float | None = None
+    ) -> Routine:
         """Take a velocity of the tool; return after ``t`` seconds, or when it is reached."""
         turn = _positive(aRot) if aRot is not None else _positive(a)
-        yield from self._keep(SpeedL(_six(xd), _positive(a), turn), t)
+        yield from self._keep(SpeedL(_six(xd), _positive(a), turn), t if t is not None else t_min)
 
     def servoj(
         self, q: Vector, a: float = 0, v: float = 0, t: float = CYCLE, lookahead_time: float = 0.1, gain: float = 300

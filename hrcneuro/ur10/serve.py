@@ -50,7 +50,7 @@ def serve(
             print(f"a simulated UR10 listens on {address}; Ctrl-C ends it", file=sys.stderr, flush=True)
 
     return asyncio.run(
-        _serve(controller, address, [parse(text) for text in faults], scripts, ready, until_stdin_closes)
+        _serve(controller, address, [parse(text) for text in faults], scripts, ready, until_stdin_closes, verbose)
     )
 
 
@@ -61,6 +61,7 @@ async def _serve(
     programs: dict[str, str],
     ready: Callable[[], None],
     until_stdin_closes: bool,
+    verbose: bool,
 ) -> int:
     server = Server(controller, faults=faults, programs=programs)
     ended = asyncio.Event()
@@ -86,6 +87,8 @@ async def _serve(
         await ended.wait()
     finally:
         await server.close()
+        if verbose:
+            print(server.punctuality, file=sys.stderr, flush=True)
     return 0
 
 

@@ -15,6 +15,7 @@ from hrcneuro.ur10.arm import CYCLE
 from hrcneuro.ur10.commands import Commands, compile_names
 from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.faults import Fault, Network, Schedule, parse
+from hrcneuro.ur10.punctuality import Punctuality
 from hrcneuro.ur10.urscript.lexer import ScriptError, Splitter
 from hrcneuro.ur10.urscript.runtime import Compiled, compiled
 
@@ -122,8 +123,7 @@ class Server:
         """Take over ``controller``; ``programs`` are what the dashboard can load, scripts by file name."""
         self.controller = controller
         self.network = Network()
-        self.lateness: deque[float] = deque(maxlen=100_000)  # s, of every cycle
-        self.skipped = 0
+        self.punctuality = Punctuality()
         Commands(controller)
         self._names = compile_names(controller)
         self._schedule = Schedule(controller, self.network, faults)
@@ -227,9 +227,9 @@ class Server:
     def _cycle(self) -> None:
         loop = asyncio.get_running_loop()
         now = loop.time()
-        self.lateness.append(now - self._next)
+        self.punctuality.add(now - self._next)
         if now - self._next > _LATE:
-            self.skipped += int((now - self._next) / CYCLE)
+            self.punctuality.skipped += int((now - self._next) / CYCLE)
             self._next = now
         self.tick()
         self._next += CYCLE

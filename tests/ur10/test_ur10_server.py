@@ -125,3 +125,19 @@ def test_a_taken_address_is_an_error_with_a_cure(shared):
     assert done.returncode == 4
     assert "cannot listen" in done.stderr
     assert "cure:" in done.stderr
+
+
+def test_the_lateness_of_cycles_is_told_in_the_end():
+    from hrcneuro.ur10.punctuality import Punctuality
+
+    one = Punctuality()
+    for late in [1e-4] * 98 + [2e-3, 5.0]:
+        one.add(late)
+    assert [one.quantile(share) for share in (0.5, 0.99, 1.0)] == pytest.approx([1.5e-4, 2.05e-3, 5.0])
+    assert str(one) == "100 cycles, 0 skipped; late by 0.15 (median), 2.05 (p99), 5000.00 (most) ms"
+    address = new_address()
+    done = subprocess.run(
+        [sys.executable, "-m", "hrcneuro", "ur10", "serve", "--address", address, "--verbose", "--until-stdin-closes"],
+        input=b"", capture_output=True, timeout=30,
+    )  # fmt: skip
+    assert b"cycles, 0 skipped; late by" in done.stderr

@@ -45,6 +45,9 @@ LANGUAGE = {
     "a loop without sync": ("i = 0\nwhile i < 9000:\n i = i + 1\nend\ntextmsg(i)", "9000"),
     "halt": ("textmsg(1)\nhalt\ntextmsg(2)", "1"),
     "poses": ("textmsg(pose_trans(p[1,0,0,0,0,0], p[0,2,0,0,0,0]))", "p[1, 2, 0, 0, 0, 0]"),
+    "outputs of old": ("digital_out[2] = True\ntextmsg(get_digital_out(2))", "True"),
+    "a list named as one": ("digital_out = [1, 2]\ndigital_out[0] = 5\ntextmsg(digital_out)", "[5, 2]"),
+    "speedl until t_min": ("speedl([0, 0.05, 0, 0, 0, 0], a=1, t_min=0.1)\nstopl(1)\ntextmsg(is_steady())", "False"),
     "registers": ("write_output_integer_register(3, 7)\ntextmsg(read_output_integer_register(3))", "7"),
 }  # fmt: skip
 

@@ -148,6 +148,9 @@ class Expressions:
                 break
         return ", ".join(given)
 
+    def _known(self, name: str) -> bool:
+        return name in self._globals or self._scope.variable(name)
+
     def _read(self, name: str, token: Token) -> str:
         if name in self._scope.assigned:
             return f"v_{name}"

@@ -13,6 +13,8 @@ from hrcneuro.ur10.urscript.expressions import Expressions, Scope
 from hrcneuro.ur10.urscript.lexer import ScriptError
 
 _BLOCKS_END = frozenset(("end", "elif", "else"))
+# Assignments of URScript before its functions for outputs; controllers still take them, and urx sends them.
+_OLD_OUTPUTS = {"digital_out": "set_digital_out", "analog_out": "set_analog_out"}
 
 
 class Translator(Expressions):
@@ -84,6 +86,10 @@ class Translator(Expressions):
         if self._take("["):
             indices = self._list("]")
             if self._take("="):
+                setter = _OLD_OUTPUTS.get(name)
+                if setter and len(indices) == 1 and not self._known(name):
+                    self._emit(f"b_{setter}({indices[0]}, {self._expression()})")
+                    return True
                 target = self._read(name, self._tokens[start])
                 place = "".join(f"[int({i})]" for i in indices)
                 self._emit(f"{target}{place} = {self._expression()}")
