@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,13 +91,21 @@ def check(config: Config) -> list[str]:
 def _unsafe(config: Config) -> list[str]:
     if config.backend == "ur" and not config.host:
         return ["backend = 'ur' needs the address of the arm's controller: robot.host, or --host"]
-    simulated = config.backend in ("sim", "ursim") or (config.backend == "ur" and config.host.startswith("127."))
+    simulated = config.backend in ("sim", "ursim") or (config.backend == "ur" and _loopback(config.host))
     if not simulated and not config.at_the_robot:
         return [
             f"backend = {config.backend!r} moves a real arm: stand at its emergency stop and say --i-am-at-the-robot "
             "(robot.at_the_robot = true)"
         ]
     return []
+
+
+def _loopback(host: str) -> bool:
+    # By its number: a name that begins with 127. may stand for any robot.
+    try:
+        return IPv4Address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:

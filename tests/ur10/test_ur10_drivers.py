@@ -1,10 +1,13 @@
 """The drivers of hrcneuro against the controller: they follow, they refuse, and the arm stops when they die."""
 
 import os
+import re
 import resource
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -218,6 +221,49 @@ def test_robots_that_are_not_ready_are_refused_with_a_cure(served):
         check_ready(on.address)
 
 
+def test_a_program_of_someone_else_is_not_ended(served, stream, tmp_path):
+    (tmp_path / "wave.script").write_text("def wave():\nwhile True:\nsync()\nend\nend\n")
+    one = served("--programs", str(tmp_path))
+    one.ask("load wave.script", "play")
+    stream(one).until(lambda p: p[PROGRAM] == 2.0)
+    with pytest.raises(HardwareError, match=r"a program is on the robot at .* already \(PLAYING wave") as error:
+        check_ready(one.address)
+    assert (error.value.exit_code, "pendant" in error.value.cure) == (4, True)
+    assert one.ask("pause") == ["Pausing program"]
+    with pytest.raises(HardwareError, match="PAUSED"):
+        check_ready(one.address)
+
+
+@pytest.mark.parametrize(
+    ("welcome", "answers", "part"),
+    [
+        ("Connected: Universal Robots Dashboard Server", {"PolyscopeVersion": "URSoftware 5.11.1.108318"}, "5.11.1"),
+        ("Connected: Universal Robots Dashboard Server", {"PolyscopeVersion": ""}, "unknown software"),
+        ("220 mail.example ESMTP", {}, "no robot's dashboard: it said b'220 mail.example"),
+    ],
+)
+def test_what_is_no_cb3_is_refused(welcome, answers, part):
+    """Of an e-Series arm there is no simulation here, so its dashboard is played line by line."""
+    address = new_address()
+
+    def answer():
+        link, _ = listening.accept()
+        with link, link.makefile("rwb") as lines:
+            lines.write(welcome.encode() + b"\n")
+            lines.flush()
+            for line in lines:
+                lines.write(answers.get(line.decode().strip(), "").encode() + b"\n")
+                lines.flush()
+
+    with socket.create_server((address, 29999)) as listening:
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(HardwareError, match=re.escape(part)) as error:
+            check_ready(address)
+        thread.join()
+    assert (error.value.exit_code, bool(error.value.cure)) == (4, True)
+
+
 def test_inputs_that_another_client_holds_are_an_error(served):
     pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
     one = served()
@@ -225,8 +271,9 @@ def test_inputs_that_another_client_holds_are_an_error(served):
         for kind, payload in ((b"V", b"\0\2"), (b"I", b"input_int_register_0")):
             link.sendall((3 + len(payload)).to_bytes(2, "big") + kind + payload)
             link.recv(100)
-        with pytest.raises(HardwareError, match="at 127"):
+        with pytest.raises(HardwareError, match="another client holds the RTDE inputs") as error:
             UrArm(one.address, WallClock())
+    assert (error.value.exit_code, "EtherNet/IP" in error.value.cure) == (4, True)
 
 
 def test_stamps_show_delay_as_age():

@@ -40,9 +40,9 @@ def check_ready(host: str) -> None:
     """Check that a UR with CB3 software stands ready to be driven.
 
     Raises:
-        HardwareError: It does not answer, has other software, is not running or in a safety stop.
+        HardwareError: It does not answer, has other software, is not running, in a safety stop or runs a program.
     """
-    version, robot, safety = ask(host, "PolyscopeVersion", "robotmode", "safetymode")
+    version, robot, safety, program = ask(host, "PolyscopeVersion", "robotmode", "safetymode", "programState")
     if not version.removeprefix("URSoftware ").startswith("3."):
         raise HardwareError(
             f"the robot at {host} runs {version or 'unknown software'!r}; hrcneuro drives CB3 arms at 125 Hz "
@@ -58,6 +58,11 @@ def check_ready(host: str) -> None:
         raise HardwareError(
             f"the robot at {host} is not running ({robot or 'no answer'})",
             cure="power it on and release its brakes on the pendant",
+        )
+    if program.upper().startswith(("PLAYING", "PAUSED")):
+        raise HardwareError(
+            f"a program is on the robot at {host} already ({program}); driving the arm would end it",
+            cure="let it finish, or stop it on the pendant",
         )
 
 
