@@ -21,6 +21,7 @@ Vector = Sequence[float]
 _TAKE_TIME = """movej movel movep movec speedj speedl servoj servoc stopj stopl sync sleep popup teach_mode"""
 BLOCKING = frozenset(_TAKE_TIME.split())
 _ENDLESS = 1e9
+_INVERSE = 100  # turns of a loop that the inverse kinematics weighs
 
 
 class Commands:
@@ -153,6 +154,7 @@ class Commands:
         tcp: Vector | None = None,
     ) -> list[float]:
         """Return joint angles near ``qnear`` for a pose."""
+        self._c.charge(_INVERSE)
         arm = self._c.arm
         q = geometry.inverse(_six(x), _six(tcp) if tcp else arm.tcp, _six(qnear) if qnear else arm.target_q)
         if q is None:
@@ -164,6 +166,7 @@ class Commands:
         maxOrientationError: float = 1e-10, tcp: Vector | None = None,
     ) -> bool:  # fmt: skip
         """Return whether :meth:`get_inverse_kin` finds joint angles."""
+        self._c.charge(_INVERSE)
         arm = self._c.arm
         return geometry.inverse(_six(pose), _six(tcp) if tcp else arm.tcp, arm.target_q) is not None
 
@@ -174,6 +177,7 @@ class Commands:
 
     def is_within_safety_limits(self, target: Vector) -> bool:
         """Return whether joint angles, or a pose, can be reached."""
+        self._c.charge(_INVERSE)
         values = _six(target)
         if isinstance(target, Pose):
             return geometry.inverse(values, self._c.arm.tcp, self._c.arm.target_q) is not None

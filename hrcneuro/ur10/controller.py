@@ -23,6 +23,7 @@ _SAFETY_BITS = {NORMAL: 1 << 0, PROTECTIVE: 1 << 2, SAFEGUARD: 1 << 4, EMERGENCY
 _STOPPED_BY_SAFETY = 1 << 10
 _BRAKING = 20.0  # rad/s², where a safety stop, a pause or the end of a program leaves the arm in motion
 _UNLOCK_AFTER = 5.0  # s, before which PolyScope refuses to unlock a protective stop
+_MOST_SECONDARIES = 10  # at a time
 _BOOT = 1.0  # s, of each step of powering up
 
 
@@ -58,11 +59,13 @@ class Controller:
         self.watchdogs: dict[str, Watchdog] = {}
         self.functions: dict[str, Callable[..., object]] = {}
         self.secondaries: list[Program] = []
+        self.running: Program | None = None  # whose turn it is, main or secondary
         self._queue: deque[Compiled] = deque()
         self._paused = False
         self._stopped_at = 0.0
         self._steps: deque[tuple[float, int]] = deque()  # when which robot mode follows
         self._driving: Motion | None = None
+        self._driver: Thread | None = None
         self._kept: tuple[Motion, Thread] | None = None
         self._stop: StopJ | None = None
 
@@ -192,10 +195,21 @@ class Controller:
 
     # --- motions, called by programs ----------------------------------------------------------------------------
 
+    def charge(self, cost: int) -> None:
+        """Take ``cost`` from what the program that runs may still do in this cycle."""
+        if self.running is not None:
+            self.running.budget -= cost
+
     def drive(self, motion: Motion) -> None:
-        """Let ``motion`` move the arm in this cycle; speeds and servo goals stay in force while their thread lives."""
-        self._driving = motion
-        thread = self.program.current if self.program is not None else None
+        """Let ``motion`` move the arm in this cycle; speeds and servo goals stay in force while their thread lives.
+
+        Raises:
+            ScriptError: Another thread moves the arm in this cycle.
+        """
+        thread = self.running.current if self.running is not None else None
+        if self._driving is not None and self._driver is not thread and self._driver is not None and self._driver.alive:
+            raise ScriptError("runtime error: another thread is already controlling the robot")
+        self._driving, self._driver = motion, thread
         lasting = isinstance(motion, (SpeedJ, SpeedL, ServoJ)) and thread is not None
         self._kept = (motion, thread) if lasting and thread is not None else None
 
@@ -228,7 +242,10 @@ class Controller:
             script = self._queue.popleft()
             program = Program(script, self.functions)
             if script.secondary:
-                self.secondaries.append(program)
+                if len(self.secondaries) < _MOST_SECONDARIES:
+                    self.secondaries.append(program)
+                else:
+                    self.tell("error", "Too many secondary programs: one was not started")
                 continue
             if self.robot_mode != RUNNING or self.safety_mode != NORMAL:
                 self.tell("error", "The robot is not running: the program was not started")
@@ -247,6 +264,7 @@ class Controller:
             self._advance(self.program)
 
     def _advance(self, program: Program) -> None:
+        self.running = program
         try:
             program.cycle()
         except ScriptError as error:

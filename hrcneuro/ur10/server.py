@@ -22,18 +22,23 @@ from hrcneuro.ur10.urscript.runtime import Compiled, compiled
 DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS = 29999, 30001, 30002, 30003, 30004, 29998
 _BACKLOG = 1 << 17  # bytes a client may leave unread before packets are left out
 _LATE = 0.5  # s behind, after which cycles are skipped, not made up for
-_QUICK = 2000  # characters of a script that are translated on the spot
+_QUICK = 2000  # characters of a script that are translated on the spot, …
+_QUICK_ONES = 10  # … so many in a cycle; the others in their turn, …
+_MOST_WAITING = 100  # … which has an end
+_PIECE = 4096  # bytes that are read of a client at once
+_MOST_CLIENTS = 32  # on one port
 
 
 class _Session(Protocol):
     def feed(self, data: bytes) -> None: ...
 
 
-class _Connection(asyncio.Protocol):
-    """One client: a transport and a session."""
+class _Connection(asyncio.BufferedProtocol):
+    """One client: a transport and a session. What it sends is taken in small pieces, with cycles in between."""
 
     def __init__(self, server: Server, port: int) -> None:
         self._server = server
+        self._piece = bytearray(_PIECE)
         self.port = port
         self.transport: asyncio.Transport | None = None
         self.session: _Session | None = None
@@ -46,10 +51,15 @@ class _Connection(asyncio.Protocol):
     def connection_lost(self, error: Exception | None) -> None:
         self._server.leave(self)
 
-    def data_received(self, data: bytes) -> None:
-        if self.session is not None:
+    def get_buffer(self, sizehint: int) -> bytearray:
+        """Return where the next piece goes."""
+        return self._piece
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Take a piece."""
+        if self.session is not None and not self._closing:
             try:
-                self.session.feed(data)
+                self.session.feed(bytes(self._piece[:nbytes]))
             except rtde.ProtocolError:
                 self.close()
                 return
@@ -65,10 +75,12 @@ class _Connection(asyncio.Protocol):
             self._send(data)
 
     def _send(self, data: bytes) -> None:
-        if self.transport is None or self.transport.is_closing():
-            return
-        if self.transport.get_write_buffer_size() < _BACKLOG:
+        if self.transport is not None and not self._closing and self.transport.get_write_buffer_size() < _BACKLOG:
             self.transport.write(data)
+
+    @property
+    def _closing(self) -> bool:
+        return self.transport is None or self.transport.is_closing()
 
     def close(self) -> None:
         """Close the connection; what was sent still goes out."""
@@ -136,6 +148,7 @@ class Server:
         self._translating: deque[asyncio.Future[Compiled]] = deque()
         self._servers: list[asyncio.Server] = []
         self._next = 0.0
+        self._quick = 0  # programs translated on the spot in this cycle
         controller.listeners.append(self._tell)
 
     async def start(self, address: str) -> None:
@@ -174,6 +187,9 @@ class Server:
     def join(self, client: _Connection) -> None:
         """Take a new client."""
         c = self.controller
+        if len(self._clients[client.port]) >= _MOST_CLIENTS:
+            client.abort()
+            return
         self._clients[client.port].append(client)
         if client.port == DASHBOARD:
             client.session = dashboard.Session(c, client.send, programs=self._programs, compile=self._compiled)
@@ -199,7 +215,11 @@ class Server:
     def _run(self, script: str) -> None:
         # Scripts run in the order in which they came, so a short one waits for a long one before it.
         loop = asyncio.get_running_loop()
-        if len(script) > _QUICK or self._translating:
+        if len(self._translating) >= _MOST_WAITING:
+            self.controller.tell("error", "Too many programs at a time: one was not started")
+            return
+        self._quick += 1
+        if len(script) > _QUICK or self._translating or self._quick > _QUICK_ONES:
             future = loop.run_in_executor(self._translator, self._compiled, script)
             self._translating.append(future)
             future.add_done_callback(lambda _: self._start_translated())
@@ -239,6 +259,7 @@ class Server:
     def tick(self) -> None:
         """Go on by a cycle, and send what is due."""
         c, network = self.controller, self.network
+        self._quick = 0
         self._schedule.cycle()
         c.cycle()
         if network.cut:

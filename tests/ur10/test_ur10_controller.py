@@ -129,6 +129,17 @@ def test_a_protective_stop_is_unlocked_after_five_seconds_only(robot):
     assert c.arm.target_qd[1] == pytest.approx(0.3)
 
 
+def test_two_threads_cannot_move_the_arm_at_once(robot):
+    other = "thread other():\nwhile True:\nspeedj([0, 0.1, 0, 0, 0, 0], 5, 0.008)\nend\nend\n"
+    move = f"movej({list(START)})\n"
+    robot.run(f"def program():\n{other}run other()\nsleep(0.1)\n{move}end\n")
+    assert "another thread is already controlling the robot" in robot.errors[-1]
+    robot.wait(0.3)
+    assert robot.controller.arm.at_rest
+    robot.run(f"def program():\n{other}h = run other()\nsleep(0.1)\nkill h\n{move}textmsg(1)\nend\n")
+    assert robot.log[-1] == ("text", "1"), robot.errors
+
+
 def test_an_emergency_stop_ends_the_program_and_takes_the_power(robot):
     c = robot.controller
     robot.run(SPIN, seconds=0.5)

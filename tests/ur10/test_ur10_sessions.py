@@ -31,7 +31,7 @@ def inputs(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("driver", ["rtde", "script"])
 @pytest.mark.parametrize(
-    ("fault", "part"), [("cut", "the last packet is"), ("protective_stop", "hrcneuro never unlocks one")]
+    ("fault", "part"), [("cut", "the last packet is|is not running"), ("protective_stop", "hrcneuro never unlocks one")]
 )
 def test_a_session_that_is_stopped_ends_and_keeps_its_record(inputs, served, stream, tmp_path, driver, fault, part):
     if driver == "rtde":
@@ -40,12 +40,13 @@ def test_a_session_that_is_stopped_ends_and_keeps_its_record(inputs, served, str
     packets = stream(one)
 
     def break_it():
-        packets.until(lambda p: max(map(abs, p[QD])) > 0.1, seconds=60.0)
+        packets.until(lambda p: max(map(abs, p[QD])) > 0.05, seconds=60.0)
         one.fault(fault)
 
     breaker = threading.Thread(target=break_it)
     breaker.start()
-    # Packets half a second old are safe here, so that a machine under load breaks nothing before the fault does.
+    # Packets half a second old are safe here, so that a machine under load breaks nothing before the fault does. (The
+    # watchdog may still: it has then ended the program.)
     config = dataclasses.replace(
         robot.Config(),
         backend="ur",

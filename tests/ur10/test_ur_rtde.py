@@ -31,6 +31,12 @@ class Rig:
             time.sleep(1e-3)
         raise AssertionError("the condition was not met in time")
 
+    def upload(self):
+        """Upload ur_rtde's program anew; its call returns before the program runs, and that finds the last command."""
+        assert self.control.reuploadScript()
+        self.until(self.control.isProgramRunning)
+        assert self.control.speedStop()
+
     def still(self):
         return max(map(abs, self.receive.getActualQd())) < 1e-3
 
@@ -58,7 +64,7 @@ def rig(shared):
 @pytest.fixture(autouse=True)
 def at_start(rig):
     if not rig.control.isProgramRunning():
-        rig.control.reuploadScript()
+        rig.upload()
     rig.control.moveJ(START, 3.0, 8.0)
     rig.until(rig.still)
 
@@ -133,7 +139,7 @@ def test_the_watchdog_stops_an_arm_whose_client_is_silent(rig):
     rig.until(rig.still)
     assert time.monotonic() - begin < 1.0
     rig.until(lambda: not rig.control.isProgramRunning())
-    assert rig.control.reuploadScript()
+    rig.upload()
 
 
 def test_registers(rig, shared):

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from hrcneuro.ur10.urscript.lexer import ScriptError, Token, tokens
 
 _CONSTANTS = {"True": "True", "False": "False", "pi": "3.141592653589793"}
+_ARITHMETIC = {"+": "plus", "-": "minus", "*": "times", "/": "over", "%": "modulo"}
 _COMPARISONS = frozenset(("==", "!=", "<", ">", "<=", ">="))
 
 
@@ -73,15 +74,13 @@ class Expressions:
     def _sum(self) -> str:
         left = self._product()
         while self._peek().kind == "sign" and self._peek().text in ("+", "-"):
-            sign = self._next().text
-            left = f"({left} {sign} {self._product()})"
+            left = f"rt.{_ARITHMETIC[self._next().text]}({left}, {self._product()})"
         return left
 
     def _product(self) -> str:
         left = self._unary()
         while self._peek().kind == "sign" and self._peek().text in ("*", "/", "%"):
-            sign = self._next().text
-            left = f"({left} {sign} {self._unary()})"
+            left = f"rt.{_ARITHMETIC[self._next().text]}({left}, {self._unary()})"
         return left
 
     def _unary(self) -> str:
@@ -107,7 +106,7 @@ class Expressions:
             self._expect(")")
             return f"({value})"
         if token.text == "[":
-            return "[" + ", ".join(self._list("]")) + "]"
+            return "rt.items([" + ", ".join(self._list("]")) + "])"
         if token.text == "p[":
             return "rt.pose(" + ", ".join(self._list("]")) + ")"
         if token.text == "run":

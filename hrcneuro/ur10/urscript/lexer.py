@@ -70,7 +70,8 @@ def tokens(script: str) -> list[Token]:
 class Splitter:
     """Cuts the stream of a script socket into programs: a ``def … end``, or a single line."""
 
-    LIMIT = 4_000_000  # characters of one program; more is refused
+    LIMIT = 1_000_000  # characters of one program; more is refused
+    LINE = 100_000  # characters of one line
 
     def __init__(self) -> None:
         self._line = ""
@@ -86,9 +87,9 @@ class Splitter:
         *lines, self._line = (self._line + text).replace("\r\n", "\n").split("\n")
         done = [program for line in lines if (program := self._add(line)) is not None]
         self._size += len(text)
-        if self._size > self.LIMIT:
+        if self._size > self.LIMIT or len(self._line) > self.LINE:
             self.__init__()  # type: ignore[misc]
-            raise ScriptError(f"a program of more than {self.LIMIT} characters")
+            raise ScriptError(f"a program of more than {self.LIMIT} characters, or a line of more than {self.LINE}")
         return done
 
     def _add(self, line: str) -> str | None:

@@ -12,7 +12,7 @@ from hrcneuro.ur10.urscript.translate import Translator
 
 Routine = Generator[None, None, Any]
 
-_BUDGET = 2000  # turns of loops a thread gets in a cycle
+_BUDGET = 2000  # turns of loops, calls and statements that a program's threads share in a cycle
 _MOST_THREADS = 50
 
 
@@ -84,10 +84,11 @@ class Program:
         Raises:
             ScriptError: The program went wrong; it has ended.
         """
+        share = _BUDGET // len(self._threads)
         for thread in list(self._threads.values()):
             if not thread.alive or (self._holder is not None and self._holder is not thread):
                 continue
-            self.current, self.budget = thread, _BUDGET
+            self.current, self.budget = thread, share
             try:
                 next(thread.routine)
             except StopIteration:
@@ -151,6 +152,44 @@ class Program:
         return type(value)(value) if isinstance(value, list) else value
 
     @staticmethod
+    def items(values: list[Any]) -> list[Any]:
+        """Return a list of numbers, texts, or lists of such: nothing deeper."""
+        for value in values:
+            if isinstance(value, list):
+                _flat(value)
+        return values
+
+    @staticmethod
+    def element(value: Any) -> Any:
+        """Return what becomes an element of a list: a list's copy."""
+        return type(value)(_flat(value)) if isinstance(value, list) else value
+
+    @staticmethod
+    def plus(a: Any, b: Any) -> Any:
+        """Return a + b."""
+        return _number(_operand(a) + _operand(b))
+
+    @staticmethod
+    def minus(a: Any, b: Any) -> Any:
+        """Return a - b."""
+        return _number(_operand(a) - _operand(b))
+
+    @staticmethod
+    def times(a: Any, b: Any) -> Any:
+        """Return a · b."""
+        return _number(_operand(a) * _operand(b))
+
+    @staticmethod
+    def over(a: Any, b: Any) -> Any:
+        """Return a / b."""
+        return _operand(a) / _operand(b)
+
+    @staticmethod
+    def modulo(a: Any, b: Any) -> Any:
+        """Return the remainder of a / b."""
+        return _operand(a) % _operand(b)
+
+    @staticmethod
     def pose(*values: float) -> Pose:
         """Return p[x, y, z, rx, ry, rz]."""
         if len(values) != 6:
@@ -167,6 +206,23 @@ class Program:
         self._threads.pop(thread.number, None)
         if self._holder is thread:
             self._holder = None
+
+
+def _flat(values: list[Any]) -> list[Any]:
+    if any(isinstance(value, list) for value in values):
+        raise ScriptError("runtime error: a list in a list in a list")
+    return values
+
+
+def _operand(value: Any) -> Any:
+    if isinstance(value, (int, float)):
+        return value
+    raise ScriptError(f"runtime error: no arithmetic with {'a list' if isinstance(value, list) else repr(value)[:40]}")
+
+
+def _number(value: Any) -> Any:
+    # Integers have 32 bits; Python's would grow until nothing else runs.
+    return value if isinstance(value, float) or -(2**31) <= value < 2**31 else float(value)
 
 
 _BUILTINS = {"bool": bool, "int": int}

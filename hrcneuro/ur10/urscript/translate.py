@@ -13,6 +13,7 @@ from hrcneuro.ur10.urscript.expressions import Expressions, Scope
 from hrcneuro.ur10.urscript.lexer import ScriptError
 
 _BLOCKS_END = frozenset(("end", "elif", "else"))
+_STRETCH = 100  # statements
 # Assignments of URScript before its functions for outputs; controllers still take them, and urx sends them.
 _OLD_OUTPUTS = {"digital_out": "set_digital_out", "analog_out": "set_analog_out"}
 
@@ -25,7 +26,7 @@ class Translator(Expressions):
         super().__init__(script, plain=plain, blocking=blocking)
         self._lines: list[str] = []
         self._indent = 1
-        self._loops = 0
+        self._loops = self._statements = 0
         self.secondary = False
         self.name = ""
 
@@ -61,7 +62,16 @@ class Translator(Expressions):
             self._statement()
         self._skip_newlines()
 
+    def _take_turn(self, cost: int) -> None:
+        # Whatever goes on for ever must not stop the controller: a loop without sync, calls of calls, a script without
+        # end. When its share of the cycle is used up it waits.
+        self._emit(f"rt.budget -= {cost}")
+        self._emit("if rt.budget < 0: yield")
+
     def _statement(self) -> None:
+        self._statements += 1
+        if self._statements % _STRETCH == 0:
+            self._take_turn(_STRETCH)
         self._part_variable_p()
         token = self._peek()
         if token.kind == "keyword":
@@ -92,7 +102,7 @@ class Translator(Expressions):
                     return True
                 target = self._read(name, self._tokens[start])
                 place = "".join(f"[int({i})]" for i in indices)
-                self._emit(f"{target}{place} = {self._expression()}")
+                self._emit(f"{target}{place} = rt.element({self._expression()})")
                 return True
         self._at = start
         return False
@@ -144,11 +154,11 @@ class Translator(Expressions):
         head = ", ".join(f"v_{p}={default}" if default else f"v_{p}" for p, default in parameters)
         self._emit(f"def f_{name}({head}):")
         with self._indented():
-            self._emit("if False: yield")
             if self._globals:
                 self._emit("global " + ", ".join(f"g_{n}" for n in sorted(self._globals)))
             if inner.nonlocals:
                 self._emit("nonlocal " + ", ".join(f"v_{n}" for n in sorted(inner.nonlocals)))
+            self._take_turn(1)
             # Lists are values in URScript: a function changes a copy.
             for p, _ in parameters:
                 self._emit(f"v_{p} = rt.copy(v_{p})")
@@ -178,9 +188,7 @@ class Translator(Expressions):
         self._expect(":")
         self._loops += 1
         with self._indented():
-            # A loop without sync must not stop the controller: when its share of the cycle is used up it waits.
-            self._emit("rt.budget -= 1")
-            self._emit("if rt.budget < 0: yield")
+            self._take_turn(1)
             self._block()
         self._loops -= 1
         self._expect("end")
