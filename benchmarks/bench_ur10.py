@@ -205,8 +205,8 @@ def soak(minutes: float) -> None:
             f"{what} {fewest[i + k]} → {last[i + k]} (most {most[i + k]})"
             for k, what in enumerate(("memory in kB", "descriptors", "threads"))
         ))  # fmt: skip
-    print(f"   {watching.count} packets in {came:.1f} s, {missing} missing; the controller's clock against the machine's "
-          f"{1e3 * (made - came):+.1f} ms; driver connected anew {lost} times")  # fmt: skip
+    print(f"   {watching.count} packets in {came:.1f} s, {missing} missing; the controller's clock against the "
+          f"machine's {1e3 * (made - came):+.1f} ms; driver connected anew {lost} times")  # fmt: skip
 
 
 def stops(times: int) -> None:

@@ -251,10 +251,11 @@ class Server:
         if now - self._next > _LATE:
             self.punctuality.skipped += int((now - self._next) / CYCLE)
             self._next = now
-        self.tick()
         self._next += CYCLE
         if self._servers:
+            # Before the work: whatever goes wrong in one cycle, the next one comes.
             loop.call_at(self._next, self._cycle)
+        self.tick()
 
     def tick(self) -> None:
         """Go on by a cycle, and send what is due."""

@@ -1,7 +1,9 @@
 """ur_rtde, unmodified, against the controller: the table of docs/robot.md, call by call."""
 
 import contextlib
+import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,6 +134,23 @@ def test_servoJ(rig):
     rig.until(rig.still)
 
 
+def test_servoL(rig):
+    pose = rig.receive.getActualTCPPose()
+    goal = [pose[0], pose[1] + 0.02, *pose[2:]]
+    rig.stream(rig.control.servoL, goal, 0.5, 0.5, 0.008, 0.1, 300.0, cycles=100)
+    assert close(rig.receive.getActualTCPPose(), goal, 1e-3)
+    assert rig.control.servoStop()
+    rig.until(rig.still)
+
+
+def test_a_kicked_watchdog_leaves_the_program_running(rig):
+    assert rig.control.setWatchdog(2.0)
+    rig.stream(rig.control.kickWatchdog, cycles=125)
+    assert rig.control.isProgramRunning()
+    rig.until(lambda: not rig.control.isProgramRunning())
+    rig.upload()
+
+
 def test_the_watchdog_stops_an_arm_whose_client_is_silent(rig):
     assert rig.control.setWatchdog(10.0)
     rig.stream(rig.control.speedJ, [0, 0, 0.1, 0, 0, 0], 5.0, 0.008)
@@ -148,6 +167,37 @@ def test_registers(rig, shared):
         rig.until(lambda: rig.receive.getOutputIntRegister(13) == 42)
     assert rig.receive.getOutputDoubleRegister(14) == 2.5
     assert rig.control.isProgramRunning(), "a secondary program leaves the main one alone"
+    rtde_io = pytest.importorskip("rtde_io")
+    io = rtde_io.RTDEIOInterface(shared.address)
+    try:
+        assert io.setInputIntRegister(18, 7)
+        assert io.setInputDoubleRegister(18, 2.5)
+        answer = "write_output_integer_register(15, read_input_integer_register(18))\n"
+        with shared.connect(30002) as link:
+            link.sendall(f"sec s():\n{answer}end\n".encode())
+            rig.until(lambda: rig.receive.getOutputIntRegister(15) == 7)
+    finally:
+        io.disconnect()
+
+
+def test_a_function_of_the_client_s_own(rig):
+    assert rig.control.sendCustomScriptFunction("mine", "set_standard_digital_out(5, True)")
+    rig.until(lambda: rig.receive.getDigitalOutState(5))
+    assert rig.control.isProgramRunning()
+
+
+def test_whatever_is_received_has_its_shape(rig):
+    six = """getActualCurrent getActualJointVoltage getActualQ getActualQd getActualTCPForce getActualTCPPose
+    getActualTCPSpeed getJointControlOutput getJointTemperatures getTargetCurrent getTargetMoment getTargetQ getTargetQd
+    getTargetQdd getTargetTCPPose getTargetTCPSpeed getJointMode"""
+    for name in six.split():
+        assert len(getattr(rig.receive, name)()) == 6, name
+    assert len(rig.receive.getActualToolAccelerometer()) == 3
+    assert close(rig.receive.getTargetQ(), rig.receive.getActualQ(), 1e-3)
+    assert rig.receive.getRobotStatus() == rig.control.getRobotStatus() == 3
+    assert (rig.receive.getSpeedScaling(), rig.receive.getSpeedScalingCombined()) == (1.0, 1.0)
+    assert not rig.receive.isEmergencyStopped()
+    assert rig.control.getJointTorques() == [0.0] * 6
 
 
 def test_digital_and_analog_outputs(rig, shared):
@@ -163,6 +213,8 @@ def test_digital_and_analog_outputs(rig, shared):
             rig.until(lambda bit=bit: not rig.receive.getDigitalOutState(bit))
         assert io.setAnalogOutputVoltage(0, 0.3)
         rig.until(lambda: abs(rig.receive.getStandardAnalogOutput0() - 3.0) < 1e-9)
+        assert io.setAnalogOutputCurrent(1, 0.5)
+        rig.until(lambda: abs(rig.receive.getStandardAnalogOutput1() - 0.012) < 1e-9)
         assert io.setSpeedSlider(0.5)
         rig.until(lambda: rig.receive.getTargetSpeedFraction() == 0.5)
         assert io.setSpeedSlider(1.0)
@@ -204,6 +256,64 @@ def test_reconnect(rig):
     rig.receive.disconnect()
     assert rig.receive.reconnect()
     rig.until(lambda: close(rig.receive.getActualQ(), [START[0] + 0.1, *START[1:]]))
+
+
+def test_the_panel(served, tmp_path):
+    module = pytest.importorskip("dashboard_client", reason="ur-rtde is not installed")
+    (tmp_path / "wave.script").write_text("def wave():\nwhile True:\nsync()\nend\nend\n")
+    one = served("--programs", str(tmp_path))
+    panel = module.DashboardClient(one.address)
+    panel.connect()
+
+    def shows(question, answer):
+        deadline = time.monotonic() + 5.0
+        while question() != answer and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert question() == answer
+
+    assert panel.isConnected()
+    panel.loadURP("wave.script")
+    panel.play()
+    shows(panel.running, True)
+    assert panel.programState() == "PLAYING wave.script"
+    assert panel.getLoadedProgram().endswith("/programs/wave.script")
+    panel.pause()
+    shows(panel.programState, "PAUSED wave.script")
+    panel.play()
+    panel.stop()
+    shows(panel.running, False)
+    for call in (lambda: panel.popup("x"), panel.closePopup, panel.closeSafetyPopup, lambda: panel.addToLog("x")):
+        call()
+    assert (panel.safetymode(), panel.getRobotModel()) == ("Safetymode: NORMAL", "UR10")
+    panel.unlockProtectiveStop()
+    panel.powerOff()
+    shows(panel.robotmode, "Robotmode: POWER_OFF")
+    panel.powerOn()
+    panel.brakeRelease()
+    shows(panel.robotmode, "Robotmode: RUNNING")
+    panel.quit()
+
+
+def test_the_documented_calls_are_ur_rtde_s_and_are_called_here():
+    """Every call that docs/robot.md says works is made above, and there is none that it does not mention."""
+    modules = {n: pytest.importorskip(n, reason="ur-rtde is not installed") for n in (
+        "rtde_control", "rtde_receive", "rtde_io", "dashboard_client")}  # fmt: skip
+    kinds = ("RTDEControlInterface", "RTDEReceiveInterface", "RTDEIOInterface", "DashboardClient")
+    classes = [getattr(module, kind) for module, kind in zip(modules.values(), kinds, strict=True)]
+    exist = {name for kind in classes for name in dir(kind) if name[0].islower()}
+    text = (Path(__file__).parents[2] / "docs" / "robot.md").read_text(encoding="utf-8")
+    table = text.split("### Calls of ur_rtde")[1].split("The tests are")[0]
+    made, named = Path(__file__).read_text(encoding="utf-8"), set()
+    for row in table.splitlines():
+        if not row.startswith("| `"):
+            continue
+        calls, works, _ = (cell.strip() for cell in row.strip("|").split("|"))
+        names = re.findall(r"`(\w+)", calls)
+        named |= set(names)
+        if works.startswith("yes"):
+            assert [n for n in names if not re.search(rf"\b{n}\b", made)] == [], "said to work, but not called here"
+    assert named - exist == set(), "in the table, but not in ur_rtde"
+    assert exist - named == set(), "in ur_rtde, but not in the table"
 
 
 def test_a_protective_stop_is_seen(rig, shared):

@@ -84,7 +84,7 @@ class Program:
         Raises:
             ScriptError: The program went wrong; it has ended.
         """
-        share = _BUDGET // len(self._threads)
+        share = _BUDGET // max(1, len(self._threads))
         for thread in list(self._threads.values()):
             if not thread.alive or (self._holder is not None and self._holder is not thread):
                 continue
