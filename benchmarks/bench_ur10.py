@@ -23,7 +23,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from hrcneuro.ur10.commands import Commands, compile_names
@@ -225,10 +225,16 @@ def stops(times: int) -> None:
 def stop(host: str, driver: str, way: str) -> tuple[float, bool]:
     """Return the time, by the controller's clock, to rest, and whether the arm moved again in the second after it."""
     program = DRIVER.format(host=host, driver=driver)
-    victim = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
-    own = int(victim.stdout.readline())
     client = Client(host)
-    wait(lambda: client.packets and abs(client.packets[-1][37] - 0.4) < 0.01)
+    for _ in range(20):
+        victim = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+        own = int(victim.stdout.readline())
+        # On a machine under load the watchdog may stop a driver before the arm is under way.
+        with contextlib.suppress(TimeoutError):
+            wait(lambda: client.packets and abs(client.packets[-1][37] - 0.4) < 0.01, 3.0)
+            break
+        lose(victim)
+        wait(lambda: client.packets[-1][131] == 1.0)
     begin = client.packets[-1][0]
     if way == "cut":
         with socket.create_connection((host, 29998)) as faults:
@@ -242,22 +248,26 @@ def stop(host: str, driver: str, way: str) -> tuple[float, bool]:
     rest = next(p[0] for p in client.packets if p[0] > begin and speed(p) < 5e-3)
     wait(lambda: client.packets[-1][0] > rest + 1.0)
     again = any(speed(p) > 0.01 for p in client.packets if p[0] > rest)
+    lose(victim)
+    client.close()
+    return rest - begin, again
+
+
+def lose(victim: subprocess.Popen[bytes]) -> None:
     victim.kill()
     victim.wait()
     victim.stdout.close()
-    client.close()
-    return rest - begin, again
 
 
 def speed(packet: tuple[float, ...]) -> float:
     return max(map(abs, packet[37:43]))
 
 
-def wait(condition) -> None:
-    until = time.monotonic() + 20.0
+def wait(condition: Callable[[], object], seconds: float = 20.0) -> None:
+    until = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > until:
-            raise TimeoutError("the arm did not do it within 20 s")
+            raise TimeoutError(f"the arm did not do it within {seconds:g} s")
         time.sleep(1e-3)
 
 
