@@ -134,7 +134,7 @@ def hour() -> None:
                 robot.start(compiled(f"sec s():\nwrite_output_float_register(1, {i})\nend\n", *names))
             sent.clear()
 
-    cycles(10_000)
+    cycles(40_000)  # fills the cache of translated programs
     gc.collect()
     objects, memory, start = len(gc.get_objects()), rss("self"), time.process_time()
     cycles(450_000)
