@@ -37,6 +37,8 @@ WAVE = (
     "write_output_integer_register(0, 1)\nend\nend\n"
 )
 DRIVER = """
+import signal
+signal.alarm(120)  # whatever becomes of the benchmark
 from hrcneuro.robot.backends import connect
 arm, clock = connect("ur", host={host!r}, driver={driver!r})
 print(arm._process.pid if {driver!r} == "rtde" else 0, flush=True)
