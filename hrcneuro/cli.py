@@ -124,12 +124,15 @@ def robot(
     at_the_robot: Annotated[
         bool, typer.Option("--i-am-at-the-robot", help="Someone stands at its emergency stop: a real arm needs this.")
     ] = False,
+    lsl: Annotated[bool, typer.Option("--lsl", help="Send a marker at every motion onset over LSL.")] = False,
     timing: Annotated[bool, typer.Option("--timing", help="Print how punctual the motions were.")] = False,
 ) -> int:
     """Run the stage on the arm named."""
     from hrcneuro import robot_command
 
-    return robot_command.robot(options, subjects, backend=backend, host=host, at_the_robot=at_the_robot, timing=timing)
+    return robot_command.robot(
+        options, subjects, backend=backend, host=host, at_the_robot=at_the_robot, lsl=lsl, timing=timing
+    )
 
 
 @_command(

@@ -16,12 +16,14 @@ def robot(
     backend: str,
     host: str,
     at_the_robot: bool,
+    lsl: bool,
     timing: bool,
 ) -> int:
     """Bring the robot stage up to date on the arm named; return the exit code."""
     given = list(options.set or ())
     given += [f"robot.backend={backend}"] if backend else []
     given += [f"robot.host={host}"] if host else []
+    given += ["robot.markers=lsl"] if lsl else []
     given += ["robot.at_the_robot=true"] if at_the_robot else []
     options = replace(options, set=given)
     settings = commands.settings(options)

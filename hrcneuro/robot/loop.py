@@ -24,16 +24,19 @@ _NOWHERE = (nan, nan, nan)
 _BRAKE = 4.0  # rad/s², the deceleration asked of the controller itself
 _AT_REST = 1e-3  # rad/s
 
+OnOnset = Callable[[float, int], None]
+
 
 @dataclass(frozen=True)
 class Track:
-    """One path as it was followed: rows of the record, and times on the loop's clock, seconds."""
+    """One path as it was followed: rows of the record, and times from the session's start, seconds."""
 
     first: int  # row of the first cycle
     last: int  # row after the last cycle
     start: float
     onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
     end: float
+    marked: float = nan  # when its marker had gone out; nan without an onset
     motion: Motion | None = None  # of the reference in the next cycle, where another path takes over without rest
 
 
@@ -49,7 +52,7 @@ class Loop:
         limits: Limits,
         supervisor: Supervisor,
         stop: Bounds,
-        on_onset: Callable[[float, int], None] | None = None,
+        on_onset: OnOnset | None = None,
     ) -> None:
         """Take over an arm at rest; nothing is commanded yet.
 
@@ -58,7 +61,8 @@ class Loop:
             clock: Its time decides when a cycle begins.
             law, limits, supervisor: What computes, bounds and watches the commands.
             stop: Bounds of a controlled stop, rad and s.
-            on_onset: Called with time and move at the first non-zero command of every move: the marker.
+            on_onset: The marker: called at the first non-zero command of every move, once that has been sent, with
+                how long ago that cycle began, seconds, and the move.
         """
         self.lead = 0.0
         self.record = Recorder()
@@ -66,7 +70,7 @@ class Loop:
         self._arm, self._clock = arm, clock
         self._law, self._limits, self._supervisor = law, limits, supervisor
         self._stop_bounds, self._on_onset = stop, on_onset
-        self._next = clock.now()
+        self._zero = self._next = clock.now()
         self._last: list[float] = _ZERO
         self._before: list[float] = _ZERO
         self._stopped = False
@@ -86,8 +90,8 @@ class Loop:
                 self._arm.close()
 
     def now(self) -> float:
-        """Return the time of the cycle to come."""
-        return self._next
+        """Return the time of the cycle to come, from the session's start."""
+        return self._next - self._zero
 
     def measured(self) -> State:
         """Return the arm's packet after one cycle at rest."""
@@ -96,8 +100,8 @@ class Loop:
         return state
 
     def rest(self, until: float, *, at: Sequence[float] = _NOWHERE, move: int = -1) -> None:
-        """Command nothing until the clock shows ``until``; ``at`` is recorded as the place to be."""
-        while self._next < until - 1e-9:
+        """Command nothing until ``until``, from the session's start; ``at`` is recorded as the place to be."""
+        while self.now() < until - 1e-9:
             now, state = self._begin()
             self._send(now, state, _ZERO, record.REST, move, at)
 
@@ -126,7 +130,8 @@ class Loop:
         Raises:
             Stopped: The tip did not arrive, a limit or the supervisor ended the move; the arm has been stopped.
         """
-        first, start, onset, law, lead = len(self.record), nan, nan, self._law, self.lead
+        first, start, onset, marked = len(self.record), nan, nan, nan
+        law, lead = self._law, self.lead
         goal, _ = path.at(path.duration)
         while True:
             now, state = self._begin()
@@ -139,21 +144,19 @@ class Loop:
                 off = sqrt(ex * ex + ey * ey + ez * ez)
                 if off <= settle or (t >= path.duration + patience and off <= radius):
                     self._send(now, state, _ZERO, phase, move, at)
-                    return Track(first, len(self.record), start, onset, now)
+                    return self._track(first, start, onset, now, marked)
                 if t >= path.duration + patience:
                     self._fail(
                         f"the tip stands {1e3 * off:.1f} mm from its goal {patience:g} s after it should have arrived",
                         "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
                     )
             if self._send(now, state, qd, phase, move, at) and onset != onset:
-                onset = now
-                if move >= 0 and self._on_onset is not None:
-                    self._on_onset(now, move)
-            if self._next >= handover - 1e-9:
+                onset, marked = now, self._mark(now, move)
+            if self.now() >= handover - 1e-9:
                 off = sqrt(sum((g - a + e) ** 2 for g, a, e in zip(goal, at, (ex, ey, ez), strict=True)))
                 if off <= radius:
                     motion = path.state(self._next - start)
-                    return Track(first, len(self.record), start, onset, now, motion)
+                    return self._track(first, start, onset, now, marked, motion)
 
     def follow_joints(self, path: Path, *, patience: float = 1.0, settle: float = 1e-3) -> None:
         """Move the joints along ``path`` (radians) until each is within ``settle`` of its goal.
@@ -198,6 +201,21 @@ class Loop:
             self._send(now, state, stop.at(t), record.STOP, -1, _NOWHERE)
         self._watch_rest()
 
+    def _mark(self, now: float, move: int) -> float:
+        if move >= 0 and self._on_onset is not None:
+            self._on_onset(self._clock.now() - now, move)
+        return self._clock.now()
+
+    def _track(
+        self, first: int, start: float, onset: float, end: float, marked: float, motion: Motion | None = None
+    ) -> Track:
+        zero = self._zero
+        return Track(first, len(self.record), start - zero, onset - zero, end - zero, marked - zero, motion)
+
+    def _note(self, now: float, phase: int, move: int, state: State, met: int, at: Sequence[float]) -> None:
+        head = (now - self._zero, phase, move, state.safety, state.scaling, met)
+        self.record.add(head, state.q, state.qd, self._last, at)
+
     def _begin(self) -> tuple[float, State]:
         self._clock.wait_until(self._next)
         now, state = self._tick()
@@ -221,7 +239,7 @@ class Loop:
                 qd, met = self._limits(state.q, qd, self._last)
             self._before, self._last = self._last, qd if any(qd) else _ZERO
         self._arm.speed(self._last)
-        self.record.add((now, phase, move, state.safety, state.scaling, met), state.q, state.qd, self._last, at)
+        self._note(now, phase, move, state, met, at)
         if met & FATAL:
             what = "is no number" if met & INVALID else "would take the tip out of the keep-inside box"
             self._fail(f"a command {what}; it was not sent", "check robot.cell and the path that was asked for")
@@ -232,7 +250,8 @@ class Loop:
         self.stops += 1
         if trip.brake:
             self._arm.stop(_BRAKE)
-        self.record.add((now, record.STOP, -1, state.safety, state.scaling, 0), state.q, state.qd, _ZERO, _NOWHERE)
+        self._last = self._before = _ZERO
+        self._note(now, record.STOP, -1, state, 0, _NOWHERE)
         self._watch_rest()
         raise Stopped(f"{trip.problem}; the arm was stopped", cure=trip.cure)
 
@@ -247,6 +266,6 @@ class Loop:
         for _ in range(125):
             self._clock.wait_until(self._next)
             now, state = self._tick()
-            self.record.add((now, record.STOP, -1, state.safety, state.scaling, 0), state.q, state.qd, _ZERO, _NOWHERE)
+            self._note(now, record.STOP, -1, state, 0, _NOWHERE)
             if max(abs(v) for v in state.qd) < _AT_REST and now - state.stamp < 2 * PERIOD:
                 return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -152,23 +152,36 @@ _STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
 }
 
 
-def timing(telemetry: Telemetry, latency_ms: np.ndarray, late_ms: np.ndarray) -> dict[str, dict[str, float]]:
+def stim_sample(marked: np.ndarray, rate: float) -> np.ndarray:
+    """Return in which sample a recording's stim channel first shows markers; nan where either is unknown.
+
+    Args:
+        marked: When the markers went out, seconds from the recording's first sample.
+        rate: The recording's, Hz.
+    """
+    # A line that rises between two samples is seen in the later one; a millionth keeps rounding from costing one.
+    return np.asarray(np.ceil(marked * rate - 1e-6))
+
+
+def timing(
+    telemetry: Telemetry, latencies: Mapping[str, np.ndarray], behind: np.ndarray
+) -> dict[str, dict[str, float]]:
     """Return the distributions that tell whether the markers can be trusted, quantity -> statistic -> milliseconds.
+
+    Each latency's jitter is its distance from the median.
 
     Args:
         telemetry: The session.
-        latency_ms: From each marker to the onset of the measured motion; nan where there was none.
-        late_ms: From the log's onset to the executed one; nan where the log has none.
+        latencies: Name -> a value a move, ms; nan where there was none.
+        behind: By how much onsets came later than the log has them, ms; nan where the log has none.
     """
+    quantities: dict[str, np.ndarray] = {}
+    for name, values in latencies.items():
+        known = values[np.isfinite(values)]
+        quantities[f"{name}_latency"] = known
+        quantities[f"{name}_jitter"] = np.abs(known - np.median(known)) if len(known) else known
     period = 1e3 * np.diff(telemetry.time)
-    moved = latency_ms[np.isfinite(latency_ms)]
-    quantities = {
-        "trigger_latency": moved,
-        "trigger_jitter": np.abs(moved - np.median(moved)) if len(moved) else moved,
-        "cycle": period,
-        "cycle_jitter": np.abs(period - 1e3 * PERIOD),
-        "behind_log": late_ms,
-    }
+    quantities |= {"cycle": period, "cycle_jitter": np.abs(period - 1e3 * PERIOD), "behind_log": behind}
     out: dict[str, dict[str, float]] = {}
     for name, values in quantities.items():
         known = values[np.isfinite(values)]

@@ -36,6 +36,11 @@ class Move:
         """Return whether the move was clamped at the grid's edge: the arm stays."""
         return self.start == self.end
 
+    def marker(self, subject: str) -> str:
+        """Return the text of the move's marker: tags between slashes, by which MNE selects epochs."""
+        numbers = "/".join(f"{name}={getattr(self, name)}" for name in ("scenario", "block", "episode", "trial"))
+        return f"move/subject={subject}/{numbers}" + ("/practice" if self.practice else "")
+
 
 def select(trials: pd.DataFrame, *, blocks: Sequence[int], episodes: Sequence[int], practice: bool) -> pd.DataFrame:
     """Return the rows of the log that are replayed, in their order.
@@ -115,6 +120,18 @@ def plan(moves: pd.DataFrame, *, t_f: float | None, t_f_range: tuple[float, floa
         out.append(Move(*episode_of, int(trial), start, end, first, float(length[n]), float(soa[n])))
         before = episode_of
     return out
+
+
+def sampling_rate(trials: pd.DataFrame) -> float:
+    """Return the rate of the recording that a trial table belongs to, Hz; nan where it belongs to none."""
+    if not {"onset_s", "onset_sample"} <= set(trials):
+        return float("nan")
+    known = trials[["onset_s", "onset_sample"]].astype(float).dropna().to_numpy()
+    if len(known) < 2 or known[-1, 0] <= known[0, 0]:
+        return float("nan")
+    seconds, samples = known[-1] - known[0]
+    # Onsets that were rounded to the millisecond leave a rate that is off by some parts in a million.
+    return float(np.round(samples / seconds, 2))
 
 
 def check_durations(moves: Sequence[Move], workspace: Workspace, *, acceleration: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from ipaddress import IPv4Address
 from pathlib import Path
@@ -12,8 +13,11 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.robot.cell import Cell
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hrcneuro.robot.backend import Backend, Clock
-    from hrcneuro.robot.loop import Loop
+    from hrcneuro.robot.loop import Loop, OnOnset
+    from hrcneuro.robot.plan import Move
     from hrcneuro.robot.session import Done, Pace
     from hrcneuro.robot.workspace import Workspace
 
@@ -41,6 +45,18 @@ class Config:
     host: str = option("", "address of the arm's controller, for backend ur", location=True)
     at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", location=True)
     max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
+    markers: str = option(
+        "none", "lsl: each motion onset also goes out on the lab streaming layer; not from sim, whose clock is virtual",
+        choices=("none", "lsl"),
+    )  # fmt: skip
+    recorder_wait_s: float = option(
+        0.0, "wait so long for a recorder of the markers before anything moves; 0: do not wait", unit="s", low=0.0,
+        high=3600.0, location=True,
+    )  # fmt: skip
+    stim_rate_hz: float | None = option(
+        None, "rate of the recording that takes the markers in its stim channel; none: the log's", unit="Hz", low=1.0,
+        high=1e6,
+    )  # fmt: skip
     blocks: tuple[int, ...] = option((), "main blocks to replay; none: all", low=1)
     episodes: tuple[int, ...] = option((), "episodes of each block to replay; none: all", low=1)
     practice: bool = option(False, "also replay the practice blocks")
@@ -85,6 +101,11 @@ def check(config: Config) -> list[str]:
             f"cell.hover = {cell.hover} and cell.home = {cell.home}; allowed: between cell.floor = {cell.floor} and "
             f"cell.ceiling = {cell.ceiling}"
         )
+    if config.markers == "lsl" and config.backend == "sim":
+        mistakes.append(
+            "markers = 'lsl' with backend = 'sim': its clock is virtual and runs faster than any recording; allowed "
+            "with ursim, ur and ros"
+        )
     return mistakes + _unsafe(config)
 
 
@@ -114,10 +135,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     Raises:
         DataError: The trial table holds no moves on the grid.
         ConfigError: The selection is empty, a tile is out of reach, or a duration breaks a joint's limit.
-        HardwareError: The arm was stopped; the record until then is in ``rescue_folder``.
+        HardwareError: The arm was stopped, and the record until then is in ``rescue_folder``; or the markers' stream
+            cannot be opened.
     """
     from hrcneuro.io.tables import read_table
-    from hrcneuro.robot.plan import check_durations, plan, select
+    from hrcneuro.robot.plan import check_durations, plan, sampling_rate, select
     from hrcneuro.robot.session import run_session
     from hrcneuro.robot.workspace import Workspace
 
@@ -128,24 +150,46 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     workspace = Workspace(config.cell)
     check_durations(moves, workspace, acceleration=config.max_acceleration)
 
-    loop = _loop(config, workspace)
+    rate = config.stim_rate_hz or sampling_rate(trials)
+    stamps: dict[int, float] = {}
     done: list[Done] = []
-    try:
-        with loop:
-            run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
-    except BaseException as error:
-        # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
-        if len(loop.record):
-            folder = Path(config.rescue_folder) / inputs.unit
-            folder.mkdir(parents=True, exist_ok=True)
-            _write(loop, done, workspace, folder)
-            if isinstance(error, HardwareError):
-                raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
-        raise
-    return _write(loop, done, workspace, out)
+    with contextlib.ExitStack() as stack:
+        loop = _loop(config, workspace, _on_onset(config, inputs.unit, moves, stamps, stack))
+        try:
+            with loop:
+                run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
+        except BaseException as error:
+            # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
+            if len(loop.record):
+                folder = Path(config.rescue_folder) / inputs.unit
+                folder.mkdir(parents=True, exist_ok=True)
+                _write(loop, done, workspace, folder, rate=rate, stamps=stamps)
+                if isinstance(error, HardwareError):
+                    raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
+            raise
+    return _write(loop, done, workspace, out, rate=rate, stamps=stamps)
 
 
-def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dict[str, Any]:
+def _on_onset(
+    config: Config, subject: str, moves: Sequence[Move], stamps: dict[int, float], stack: contextlib.ExitStack
+) -> OnOnset | None:
+    if config.markers != "lsl":
+        return None
+    from hrcneuro.live.markers import MarkerOutlet
+
+    outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {subject}"))
+    if config.recorder_wait_s:
+        outlet.wait(config.recorder_wait_s)
+
+    def mark(age: float, move: int) -> None:
+        stamps[move] = outlet.send(moves[move].marker(subject), age)
+
+    return mark
+
+
+def _write(
+    loop: Loop, done: list[Done], workspace: Workspace, out: Path, *, rate: float, stamps: dict[int, float]
+) -> dict[str, Any]:
     from hrcneuro.figures import robot as robot_figures
     from hrcneuro.io.tables import write_table
     from hrcneuro.robot.measure import measure_moves, timing, tip
@@ -154,8 +198,9 @@ def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dic
     telemetry = loop.record.telemetry()
     tool_tip = tip(telemetry, tool=workspace.cell.tool)
     figures = measure_moves(done, telemetry, tool_tip, workspace)
-    table = robot_tables.moves(done, figures)
-    spread = timing(telemetry, table["trigger_latency_ms"].to_numpy(float), table["behind_log_ms"].to_numpy(float))
+    table = robot_tables.moves(done, figures, rate=rate, stamps=stamps)
+    latencies = {name: table[f"{name}_latency_ms"].to_numpy(float) for name in ("trigger", "marker", "stim")}
+    spread = timing(telemetry, latencies, table["behind_log_ms"].to_numpy(float))
     write_table(robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", robot_tables.TELEMETRY)
     write_table(table, out / "moves.parquet", robot_tables.MOVES)
     write_table(robot_tables.timing(spread), out / "timing.parquet", robot_tables.TIMING)
@@ -165,7 +210,7 @@ def _write(loop: Loop, done: list[Done], workspace: Workspace, out: Path) -> dic
     return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
 
 
-def _loop(config: Config, workspace: Workspace) -> Loop:
+def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None) -> Loop:
     from hrcneuro.robot.limits import Limits
     from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.safety import Supervisor
@@ -182,6 +227,7 @@ def _loop(config: Config, workspace: Workspace) -> Loop:
         limits=Limits(acceleration=config.max_acceleration, box=workspace.box, tool=tool),
         supervisor=Supervisor(max_age=config.max_packet_age_s),
         stop=Bounds(velocity=4.0, acceleration=config.stop_deceleration, jerk=config.stop_jerk),
+        on_onset=on_onset,
     )
 
 

@@ -58,7 +58,12 @@ MOVES = Table(
         "flowed": Column("bool", "", "took over from the move before within the radius, without rest"),
         "clamped": Column("bool", "", "the grid's edge stopped the move: the arm dwelt"),
         "t_f_s": Column("float", "s", "duration asked for"),
-        "onset_s": Column("float", "s", "first non-zero command (the marker), from the session's start"),
+        "onset_s": Column("float", "s", "t = 0: cycle of the first non-zero command, from the session's start"),
+        "marker_s": Column("float", "s", "when the marker had gone out, from the session's start; null without motion"),
+        "marker_latency_ms": Column("float", "ms", "onset to marker; zero on a virtual clock, which stands in a cycle"),
+        "stim_sample": Column("int", "samples", "first sample with the marker, of a recording begun with the session"),
+        "stim_latency_ms": Column("float", "ms", "onset to that sample; null where the recording's rate is unknown"),
+        "lsl_s": Column("float", "s", "stamp of the marker on LSL's clock: of the onset; null without LSL"),
         "duration_s": Column("float", "s", "onset to arrival: the tip rests at its goal"),
         "max_error_mm": Column("float", "mm", "greatest distance from the reference"),
         "end_error_mm": Column("float", "mm", "distance from the tile's centre on arrival"),
@@ -70,7 +75,7 @@ MOVES = Table(
         "peak_qdd_rad_s2": Column("float", "rad/s^2", "greatest joint acceleration"),
         "jerk_cost": Column("float", "", "integrated squared jerk of the tip over Eq 1-2's own, 720 d^2 / t_f^5"),
         "trigger_latency_ms": Column(
-            "float", "ms", "marker to the onset of the measured motion (Eq 2 fitted); null in a flow"
+            "float", "ms", "onset_s to the onset of the measured motion (Eq 2 fitted); null in a flow"
         ),
         "behind_log_ms": Column("float", "ms", "onset interval from the move before, less the log's"),
     },
@@ -80,7 +85,7 @@ TIMING = Table(
     1,
     "one row a quantity: its distribution (paper 2.3.4)",
     {
-        "quantity": Column("category", "", "trigger_latency and its jitter, cycle and its jitter, behind_log"),
+        "quantity": Column("category", "", "trigger_, marker_, stim_latency, cycle, each with its jitter; behind_log"),
         "n": Column("int", "", "number of values"),
         "mean_ms": Column("float", "ms", "mean"),
         "sd_ms": Column("float", "ms", "standard deviation"),
@@ -124,8 +129,17 @@ def telemetry(record: Telemetry, tip: measure.Tip) -> dict[str, Any]:
     }
 
 
-def moves(done: Sequence[Done], figures: Mapping[str, np.ndarray]) -> pd.DataFrame:
-    """Return the rows of moves.parquet."""
+def moves(
+    done: Sequence[Done], figures: Mapping[str, np.ndarray], *, rate: float, stamps: Mapping[int, float]
+) -> pd.DataFrame:
+    """Return the rows of moves.parquet.
+
+    Args:
+        done: The moves as executed.
+        figures: Of :func:`hrcneuro.robot.measure.measure_moves`.
+        rate: Of the recording whose stim channel takes the markers, Hz; nan where unknown.
+        stamps: Move -> its marker's stamp on LSL's clock, seconds.
+    """
     rows = [
         {
             "move": one.index,
@@ -142,15 +156,22 @@ def moves(done: Sequence[Done], figures: Mapping[str, np.ndarray]) -> pd.DataFra
             "clamped": one.move.dwells,
             "t_f_s": one.move.t_f,
             "onset_s": one.track.onset if np.isfinite(one.track.onset) else one.track.start,
+            "marker_s": one.track.marked,
+            "lsl_s": stamps.get(one.index, np.nan),
             "duration_s": one.track.end - (one.track.onset if np.isfinite(one.track.onset) else one.track.start),
         }
         for one in done
     ]
     names = list(MOVES.columns)
     table = pd.DataFrame(rows, columns=names[: names.index("duration_s") + 1]).assign(**figures)
+    onset, marked = table["onset_s"].to_numpy(float), table["marker_s"].to_numpy(float)
+    sample = measure.stim_sample(marked, rate)
+    table["marker_latency_ms"] = 1e3 * (marked - onset)
+    table["stim_latency_ms"] = 1e3 * (sample / rate - onset)
+    table["stim_sample"] = pd.array(sample, dtype="Int64")
     gap = np.array([one.move.gap for one in done[:-1]], float)
     same = np.array([not one.move.first for one in done[1:]], bool)
-    behind = 1e3 * (np.diff(table["onset_s"].to_numpy()) - gap)
+    behind = 1e3 * (np.diff(onset) - gap)
     table["behind_log_ms"] = np.r_[np.nan, np.where(same, behind, np.nan)][: len(table)]
     return table
 

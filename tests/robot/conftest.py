@@ -26,9 +26,9 @@ def make_loop(workspace: Workspace) -> Callable[..., Loop]:
     """Return a factory of a loop whose arm stands at ``start`` (default: over the grid's centre, at hover)."""
 
     def make(start=None, *, faults: tuple[Fault, ...] = (), lag: float = 0.015, lead: float = 0.027, **changes) -> Loop:
-        clock = VirtualClock()
+        clock = changes.pop("clock", None) or VirtualClock()
         q = workspace.reach.q[3, 3] if start is None else start
-        arm = SimArm(clock, list(q), faults=faults, lag=lag)
+        arm = changes.pop("arm", None) or SimArm(clock, list(q), faults=faults, lag=lag)
         tool = workspace.cell.tool
         parts = {
             "law": ResolvedRate(tool=tool, orientation=DOWN.tolist()),

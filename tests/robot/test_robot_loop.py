@@ -80,12 +80,48 @@ def test_a_wrong_lead_costs_millimetres(make_loop, workspace):
 def test_onset_is_the_first_command_that_is_not_zero(make_loop, workspace):
     marks = []
     telemetry, track = one_move(
-        make_loop, workspace, ((3, 3), (3, 4)), 0.9, on_onset=lambda t, move: marks.append((t, move))
+        make_loop, workspace, ((3, 3), (3, 4)), 0.9, on_onset=lambda age, move: marks.append((age, move))
     )
     moving = np.any(telemetry.command != 0, axis=1)
-    assert marks == [(telemetry.time[np.argmax(moving)], 0)]
-    assert track.onset == marks[0][0]
+    assert marks == [(0.0, 0)], "the virtual clock stands still within a cycle"
+    assert track.onset == track.marked == telemetry.time[np.argmax(moving)]
     assert not moving[-1]
+
+
+def test_a_marker_that_takes_time_is_late_by_that(make_loop, workspace):
+    """The marker is told how old the onset is, and the track how late the marker has gone out."""
+    loop, ages = make_loop(on_onset=lambda age, move: late(age)), []
+    clock, speed = loop._clock, loop._arm.speed
+
+    def late(age):
+        ages.append(age)
+        clock.wait_until(clock.now() + 0.002)
+
+    def slow(qd):
+        speed(qd)
+        clock.wait_until(clock.now() + 0.001)
+
+    loop._arm.speed = slow
+    path = TileMove(workspace.position(3, 3), workspace.position(3, 4), 0.9)
+    track = loop.follow(path, phase=record.MOVE, move=0)
+    assert ages == [pytest.approx(0.001)]
+    assert track.marked - track.onset == pytest.approx(0.003)
+
+
+def test_times_begin_with_the_session_whatever_the_clock_shows(make_loop, workspace):
+    """A machine's clock counts from its start, the record from the session's."""
+    first, track = one_move(make_loop, workspace, ((3, 3), (3, 4)), 0.9)
+    clock = VirtualClock()
+    clock.wait_until(1000.0)
+    arm = SimArm(clock, workspace.reach.q[3, 3].tolist())
+    late = make_loop(arm=arm, clock=clock)
+    path = TileMove(workspace.position(3, 3), workspace.position(3, 4), 0.9)
+    again = late.follow(path, phase=record.MOVE, move=0)
+    assert late.record.telemetry().time == pytest.approx(first.time, abs=1e-9)
+    for name in ("start", "onset", "marked", "end"):
+        assert getattr(again, name) == pytest.approx(getattr(track, name), abs=1e-9)
+    late.rest(late.now() + 0.1)
+    assert len(late.record.telemetry().time) == pytest.approx(len(first.time) + 12, abs=1)
 
 
 def test_the_same_session_twice_gives_the_same_numbers(make_loop, workspace):

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.robot.plan import check_durations, plan, select
+from hrcneuro.robot.plan import check_durations, plan, sampling_rate, select
 
 NO_TIMES = {"t_f": None, "t_f_range": (0.6, 1.2), "default_t_f": 0.9}
 
@@ -34,6 +34,21 @@ def test_each_move_starts_where_the_last_one_ended():
     ]
     assert [m.first for m in moves] == [True, False, False, True, False]
     assert [m.dwells for m in moves] == [False, False, True, True, False]
+
+
+def test_a_marker_names_its_move():
+    one, *_, last = plan(log(practice=[False] * 4 + [True], episode=[1, 1, 1, 4, 5], executed=["N", "E", *[None] * 3]),
+                         **NO_TIMES)  # fmt: skip
+    assert one.marker("s01") == "move/subject=s01/scenario=iC/block=1/episode=1/trial=0"
+    assert last.marker("s02") == "move/subject=s02/scenario=sC/block=2/episode=5/trial=1/practice"
+
+
+def test_the_rate_of_the_recording_comes_from_its_onsets():
+    onsets = np.array([3.2, 700.0, np.nan, 2911.25, 5000.0])
+    table = log(onset_s=np.round(onsets, 3), onset_sample=np.rint(onsets * 512))
+    assert sampling_rate(table) == 512.0
+    assert np.isnan(sampling_rate(log(onset_s=onsets, onset_sample=[None] * 5)))
+    assert np.isnan(sampling_rate(log()))
 
 
 def test_durations_come_from_the_log_then_the_gaps_then_the_default():

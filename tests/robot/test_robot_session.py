@@ -8,7 +8,7 @@ from hrcneuro.robot import record
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.kinematics import forward
-from hrcneuro.robot.measure import fit_onset, measure_moves, timing, tip
+from hrcneuro.robot.measure import fit_onset, measure_moves, stim_sample, timing, tip
 from hrcneuro.robot.plan import Move
 from hrcneuro.robot.session import Pace, find_lead, go_home, run_session
 from hrcneuro.robot.trajectory import Bounds, minimum_jerk
@@ -193,12 +193,25 @@ def test_onset_fit_is_exact_where_a_threshold_is_late(t_f):
 def test_timing_of_a_session(make_loop, workspace):
     moves = [move((3, 3), (3, 4), first=True), move((3, 4), (3, 3))]
     _, _, telemetry, _ = session(make_loop, workspace, moves)
-    spread = timing(telemetry, np.array([1.0, 3.0, np.nan]), np.array([np.nan, np.nan, np.nan]))
+    nothing = np.full(3, np.nan)
+    spread = timing(telemetry, {"trigger": np.array([1.0, 3.0, np.nan]), "stim": nothing}, nothing)
     assert spread["cycle"]["mean"] == pytest.approx(8.0)
     assert spread["cycle_jitter"]["high"] < 1e-6
     assert (spread["trigger_latency"]["n"], spread["trigger_latency"]["mean"]) == (2, 2.0)
     assert spread["trigger_jitter"]["high"] == 1.0
-    assert "behind_log" not in spread
+    assert not {"behind_log", "stim_latency", "stim_jitter"} & set(spread)
+
+
+@pytest.mark.parametrize("rate", [125.0, 500.0, 512.0, 1000.0, 2048.0])
+def test_a_stim_channel_shows_a_marker_in_the_next_sample(rate):
+    times = np.r_[np.arange(500) * 0.008, np.random.default_rng(0).uniform(0, 9000, 500)]
+    sample = stim_sample(times, rate)
+    assert (sample == np.rint(sample)).all()
+    assert (sample / rate - times > -1e-8).all()
+    assert (sample / rate - times < 1 / rate).all()
+    # Onsets on a clock that adds up its cycles are off by rounding, which must not cost a sample.
+    assert np.array_equal(stim_sample(np.cumsum(np.full(100_000, 0.008)), 1000.0), 8.0 * np.arange(1, 100_001))
+    assert np.isnan(stim_sample(np.array([np.nan, 1.0]), np.nan)).all()
 
 
 def test_the_rotation_vector_keeps_its_branch(make_loop, workspace):

@@ -109,6 +109,21 @@ def test_the_tables_carry_their_schema(whole):
     assert timing.loc["trigger_latency", "sd_ms"] < 2
 
 
+def test_every_motion_has_a_marker_and_a_sample_of_the_stim_channel(whole, trials):
+    """The virtual clock stands still in a cycle: a marker is there with its command, its sample at most one later."""
+    _, out = whole
+    moves = pd.read_parquet(out / "moves.parquet")
+    moved = moves[~moves["clamped"]]
+    assert (moved["marker_latency_ms"] == 0).all()
+    assert (moved["marker_s"] == moved["onset_s"]).all()
+    assert moved["stim_sample"].dtype.kind in "iuf"
+    late = moved["stim_sample"] / 512.0 - moved["onset_s"]
+    assert late.between(-1e-8, 1 / 512).all()
+    assert 1e3 * late.to_numpy() == pytest.approx(moved["stim_latency_ms"].to_numpy(), abs=1e-6)
+    assert moves.loc[moves["clamped"], ["marker_s", "stim_sample", "lsl_s"]].isna().all(axis=None)
+    assert moves["lsl_s"].isna().all()
+
+
 def test_the_figures_are_there(whole):
     _, out = whole
     assert {p.name for p in out.glob("*.png")} == set(robot.FIGURES)
@@ -171,10 +186,7 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
         ({"t_f_range_s": (0.6,)}, "t_f_range_s"),
         ({"cell": Cell(seed_deg=(0.0,))}, "seed_deg has 1 angles"),
         ({"cell": Cell(hover=0.005)}, "cell.hover = 0.005"),
-        ({"backend": "ur"}, "needs the address"),
-        ({"backend": "ur", "host": "192.168.0.10"}, "--i-am-at-the-robot"),
-        ({"backend": "ur", "host": "127.a-robot.example"}, "--i-am-at-the-robot"),
-        ({"backend": "ros"}, "--i-am-at-the-robot"),
+        ({"markers": "lsl"}, "markers = 'lsl' with backend = 'sim'"),
     ],
 )
 def test_contradictions_are_named(changes, match):

@@ -1,0 +1,1 @@
+"""Edges to running laboratories: streams in and out, around the numeric packages."""

@@ -1,0 +1,72 @@
+"""Markers on the lab streaming layer (LSL), beside which a laboratory records its EEG."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hrcneuro.errors import HardwareError
+
+NAME = "hrcneuro-moves"
+
+
+class MarkerOutlet:
+    """An LSL stream of texts at irregular times; a context manager, so that leaving it closes the stream.
+
+    Who finds it is a matter of liblsl's own configuration, which a laboratory keeps in the file that LSLAPICFG names.
+    """
+
+    def __init__(self, source: str) -> None:
+        """Open the stream of a ``source``, by which a recorder finds it again after an interruption.
+
+        Raises:
+            HardwareError: mne-lsl is not installed, or its liblsl does not load.
+        """
+        lsl = _library()
+        about = lsl.StreamInfo(NAME, "Markers", 1, 0.0, "string", source)
+        about.set_channel_names(["marker"])
+        self._outlet: Any = lsl.StreamOutlet(about, chunk_size=1)
+        self._clock = lsl.local_clock
+
+    def __enter__(self) -> MarkerOutlet:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._outlet = None
+
+    def wait(self, seconds: float) -> None:
+        """Return once someone listens.
+
+        Raises:
+            HardwareError: Nobody does within ``seconds``.
+        """
+        if not self._outlet.wait_for_consumers(timeout=seconds):
+            raise HardwareError(
+                f"nobody listens to the marker stream {NAME!r} after {seconds:g} s; nothing has moved",
+                cure="start the recorder and choose the stream, or wait longer or not at all: robot.recorder_wait_s",
+            )
+
+    def send(self, text: str, age: float) -> float:
+        """Send a marker of what was ``age`` seconds ago; return the stamp that it carries, on LSL's clock, seconds."""
+        # An age, not an instant: neither the offset of two clocks nor their drift needs to be known.
+        stamp = float(self._clock()) - age
+        self._outlet.push_sample([text], timestamp=stamp)
+        return stamp
+
+
+def _library() -> Any:
+    try:
+        import mne_lsl.lsl as lsl
+    except ImportError as error:
+        missing = error.name is not None and error.name.partition(".")[0] == "mne_lsl"
+        raise HardwareError(
+            "markers go out through mne-lsl, which is not installed" if missing else f"mne-lsl does not load: {error}",
+            cure="pip install 'hrcneuro[lsl]', or do without them: robot.markers = \"none\"",
+        ) from error
+    places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
+    if not any(Path(place).expanduser().is_file() for place in places if place):
+        # Where nobody has configured it, liblsl tells its version on standard error.
+        lsl.set_config_content("[log]\nlevel = -2\n")
+    return lsl

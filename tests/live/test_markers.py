@@ -1,0 +1,150 @@
+"""Markers over LSL: a real stream through the loopback interface, and a session that sends them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.live.markers import NAME, MarkerOutlet
+
+# Loopback only, and no stream of another run: liblsl reads it once, before its first call in a process.
+ALONE = """[lab]
+KnownPeers = {{127.0.0.1}}
+SessionID = {session}
+[multicast]
+ResolveScope = machine
+[ports]
+IPv6 = disable
+[log]
+level = -2
+"""
+STUDY = """[study]
+name = "one"
+subjects = ["s01"]
+exclude = []
+[acquire]
+sfreq = 500.0
+[acquire.session]
+practice_episodes = 1
+blocks = 2
+episodes_per_block = 1
+[robot]
+backend = "ursim"
+driver = "script"
+markers = "lsl"
+recorder_wait_s = 60.0
+lead_s = 0.027
+blocks = [1]
+t_f_s = 0.6
+pause_s = 0.0
+longest_gap_s = 0.0
+# The machine runs other tests beside this one.
+max_packet_age_s = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def lsl(tmp_path_factory):
+    """Return mne-lsl's low-level module, bound to this machine and to this process's streams."""
+    if "LSLAPICFG" in os.environ:
+        pytest.skip("LSLAPICFG is set: this laboratory's streams are its own")
+    place = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
+    place.write_text(ALONE.format(session=f"hrcneuro-test-{os.getpid()}"))
+    os.environ["LSLAPICFG"] = str(place)
+    yield pytest.importorskip("mne_lsl.lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
+    del os.environ["LSLAPICFG"]
+
+
+def listen(lsl, source):
+    """Return an inlet that is connected to the stream of ``source`` and knows its clock."""
+    (found,) = lsl.resolve_streams(timeout=60.0, name=NAME, source_id=source)
+    inlet = lsl.StreamInlet(found)
+    inlet.open_stream(timeout=10.0)
+    # Both clocks are this machine's.
+    assert abs(inlet.time_correction(timeout=10.0)) < 1e-3
+    return inlet
+
+
+def test_every_marker_arrives_in_order_with_the_time_it_was_given(lsl):
+    with MarkerOutlet("test of markers") as outlet:
+        inlet = listen(lsl, "test of markers")
+        outlet.wait(10.0)
+        texts = [f"move/trial={i}" for i in range(200)]
+        before = lsl.local_clock()
+        stamps = [outlet.send(text, age=0.25) for text in texts]
+        after = lsl.local_clock()
+        got = [inlet.pull_sample(timeout=10.0) for _ in texts]
+        arrived = lsl.local_clock()
+        assert [sample[0] for sample, _ in got] == texts
+        assert [stamp for _, stamp in got] == stamps == sorted(stamps)
+        assert before - 0.25 <= stamps[0] <= stamps[-1] <= after - 0.25
+        assert arrived - after < 5.0
+        about = inlet.get_sinfo()
+        assert (about.name, about.stype, about.sfreq, about.n_channels) == (NAME, "Markers", 0.0, 1)
+        inlet.close_stream()
+
+
+def test_a_session_that_waits_for_a_recorder_says_so(lsl):
+    with (
+        MarkerOutlet("test of waiting") as outlet,
+        pytest.raises(HardwareError, match=r"nobody listens .* after 0\.05 s; nothing has moved") as caught,
+    ):
+        outlet.wait(0.05)
+    assert "robot.recorder_wait_s" in caught.value.cure
+
+
+def test_without_the_extra_the_cure_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mne_lsl", None)
+    with pytest.raises(HardwareError, match="mne-lsl, which is not installed") as caught:
+        MarkerOutlet("test")
+    assert "hrcneuro[lsl]" in caught.value.cure
+    assert caught.value.exit_code == 4
+
+
+def test_liblsl_is_silent_where_nobody_configured_it(lsl, tmp_path):
+    """Its greeting on standard error is no error; a laboratory's own settings are left alone."""
+    greeting = "import sys; from hrcneuro.live.markers import _library; _library().local_clock()"
+    bare = {k: v for k, v in os.environ.items() if k != "LSLAPICFG"} | {"HOME": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", greeting], capture_output=True, text=True, env=bare, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_recorder_beside_the_arm_gets_each_onset(lsl, hrcneuro, tmp_path):
+    """The whole way: the command line, a simulated controller in real time, an inlet as a recorder has it."""
+    (tmp_path / "one.toml").write_text(STUDY)
+    given = ["robot", "s01", "--config", tmp_path / "one.toml", "--workdir", tmp_path]
+    assert hrcneuro("acquire", *given[1:]).code == 0
+    command = [sys.executable, "-m", "hrcneuro", *map(str, given), "--timing"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    inlet, got, late = listen(lsl, "hrcneuro robot s01"), [], []
+    while process.poll() is None:
+        sample, stamp = inlet.pull_sample(timeout=0.2)
+        if stamp is not None:
+            got.append((sample[0], stamp))
+            late.append(lsl.local_clock() - stamp)
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+
+    (place,) = (tmp_path / "cache" / "robot" / "s01").glob("*/moves.parquet")
+    moves = pd.read_parquet(place)
+    moved = moves[~moves["clamped"]]
+    assert [text for text, _ in got] == [
+        f"move/subject=s01/scenario={m.scenario}/block={m.block}/episode={m.episode}/trial={m.trial}"
+        for m in moved.itertuples()
+    ]
+    assert np.array_equal([stamp for _, stamp in got], moved["lsl_s"])
+    # The stamps are the onsets on another clock: apart by one constant, to well under a millisecond.
+    apart = moved["lsl_s"] - moved["onset_s"]
+    assert np.ptp(apart) < 5e-4
+    assert (moved["marker_latency_ms"] > 0).all()
+    # It arrives after it was sent, and a stamp that is older than the marker's own delay was the onset.
+    assert (np.array(late) > 1e-3 * moved["marker_latency_ms"] - 5e-4).all()
+    assert moves.loc[moves["clamped"], ["lsl_s", "marker_s", "stim_sample"]].isna().all(axis=None)
+    assert (moved["stim_latency_ms"] - moved["marker_latency_ms"]).between(-1e-3, 2.0 + 1e-3).all()
+    assert "marker_latency" in out
