@@ -30,7 +30,9 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
     if backend == "ros":
         from hrcneuro.robot.backends.ros import RosArm
 
-        return RosArm(clock), clock
+        bridge = RosArm(clock)
+        bridge.align()
+        return bridge, clock
 
     def drive(address: str) -> ScriptArm | UrArm:
         return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)

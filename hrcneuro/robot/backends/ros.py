@@ -1,60 +1,75 @@
 """An arm behind ROS Noetic: JointState in, joint velocities out; ``rospy`` comes with ROS, not with pip.
 
-Topics are those of UR's ROS driver with a velocity controller. ROS tells nothing of the arm's safety state here, so
-the node that takes the velocities must itself stop when they cease; packets that do not come stop the session.
+Topics are those of UR's ROS driver with a velocity controller. They tell whether the arm's program runs, which a
+protective or emergency stop ends, but not why. The node that takes the velocities must itself stop when they cease.
 """
 
 from __future__ import annotations
 
+import socket
 from importlib import import_module
 from typing import Any
 
 from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import State
-from hrcneuro.robot.backends.clock import WallClock
+from hrcneuro.robot.backend import PLAYING, STOPPED, State
+from hrcneuro.robot.backends.clock import Stamps, WallClock
 
 JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"
 )  # fmt: skip
+_PATIENCE = 2.0  # s, for what must be there
 
 
 class RosArm:
     """A backend; connecting publishes nothing."""
 
     def __init__(
-        self, clock: WallClock, *, states: str = "/joint_states", command: str = "/joint_group_vel_controller/command"
+        self,
+        clock: WallClock,
+        *,
+        states: str = "/joint_states",
+        command: str = "/joint_group_vel_controller/command",
+        running: str = "/ur_hardware_interface/robot_program_running",
     ) -> None:
-        """Join the ROS network, and wait for the arm's first joint state.
+        """Join the ROS network, and wait for the arm's first joint state and for its controller.
 
         Raises:
-            HardwareError: ROS is not installed, has no master, or no arm publishes.
+            HardwareError: ROS is not installed or has no master, no arm publishes, or nothing takes its commands.
         """
-        try:
-            rospy, sensors, basics = map(import_module, ("rospy", "sensor_msgs.msg", "std_msgs.msg"))
-        except ImportError:
-            raise HardwareError(
-                "ROS Noetic's rospy is not installed for this Python",
-                cure="install ros-core and python3-rospy (Debian), and run hrcneuro with that Python",
-            ) from None
-        self._clock = clock
+        rospy, sensors, basics = _library()
+        self._clock, self._stamps = clock, Stamps()
         self._packet: State | None = None
+        self._runtime, self._lacks = PLAYING, ""
         self._message: Any = basics.Float64MultiArray
-        try:
+        if not rospy.core.is_initialized():
+            # A process joins once, however many sessions it drives.
             rospy.init_node("hrcneuro", anonymous=True, disable_signals=True)
-            self._publisher: Any = rospy.Publisher(command, basics.Float64MultiArray, queue_size=1)
-            self._subscriber: Any = rospy.Subscriber(
-                states, sensors.JointState, self._take, queue_size=1, tcp_nodelay=True
-            )
-        except rospy.ROSException as error:
-            raise HardwareError(f"ROS is not there: {error}", cure="start roscore, and set ROS_MASTER_URI") from None
-        until = clock.now() + 2.0
-        while self._packet is None and clock.now() < until:
+        self._publisher: Any = rospy.Publisher(command, basics.Float64MultiArray, queue_size=1, tcp_nodelay=True)
+        self._subscribers: list[Any] = [
+            rospy.Subscriber(states, sensors.JointState, self._take, queue_size=1, tcp_nodelay=True),
+            rospy.Subscriber(running, basics.Bool, self._program, queue_size=1, tcp_nodelay=True),
+        ]
+        until = clock.now() + _PATIENCE
+        while (self._packet is None or not self._publisher.get_num_connections()) and clock.now() < until:
             clock.wait_until(clock.now() + 0.01)
         if self._packet is None:
-            raise HardwareError(f"no arm publishes on {states}", cure="start the arm's ROS driver")
+            self.close()
+            raise HardwareError(
+                f"no arm publishes on {states}" + (f": {self._lacks}" if self._lacks else ""),
+                cure="start the arm's ROS driver",
+            )
+        if not self._publisher.get_num_connections():
+            self.close()
+            raise HardwareError(
+                f"nothing takes joint velocities from {command}", cure="start the driver's joint_group_vel_controller"
+            )
 
     def align(self) -> None:
-        """Do nothing: topics have no phase."""
+        """Return just after a joint state has come."""
+        first, until = self._packet, self._clock.now() + 0.1
+        while self._packet is first and self._clock.now() < until:
+            self._clock.wait_until(self._clock.now() + 2e-4)
+        self._clock.wait_until(self._clock.now() + 1e-3)
 
     def state(self) -> State:
         """Return the newest joint state."""
@@ -71,13 +86,45 @@ class RosArm:
 
     def close(self) -> None:
         """Leave the topics."""
-        self._subscriber.unregister()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
         self._publisher.unregister()
 
     def _take(self, message: Any) -> None:
+        # A gripper may publish on the same topic: only a message with all six joints is the arm's.
         place = {name: i for i, name in enumerate(message.name)}
-        if all(joint in place for joint in JOINTS):
-            order = [place[joint] for joint in JOINTS]
-            self._packet = State(
-                self._clock.now(), [message.position[i] for i in order], [message.velocity[i] for i in order]
-            )
+        missing = [joint for joint in JOINTS if joint not in place]
+        if missing or not len(message.position) == len(message.velocity) == len(message.name):
+            self._lacks = f"messages there lack {missing[0] if missing else 'positions or velocities'}"
+            return
+        order = [place[joint] for joint in JOINTS]
+        now, made = self._clock.now(), message.header.stamp.to_sec()
+        self._packet = State(
+            self._stamps.local(made, now) if made else now,
+            [message.position[i] for i in order],
+            [message.velocity[i] for i in order],
+            runtime=self._runtime,
+        )
+
+    def _program(self, message: Any) -> None:
+        self._runtime = PLAYING if message.data else STOPPED
+
+
+def _library() -> tuple[Any, Any, Any]:
+    try:
+        rospy, sensors, basics = map(import_module, ("rospy", "sensor_msgs.msg", "std_msgs.msg"))
+        master = import_module("rosgraph").get_master_uri()
+    except ImportError as error:
+        raise HardwareError(
+            f"ROS Noetic is not there for this Python: {error}",
+            cure="apt install ros-core python3-rospy python3-sensor-msgs, and let this Python find them (docs: robot)",
+        ) from None
+    # rospy itself waits for a master for ever.
+    host, _, port = master.removeprefix("http://").strip("/").partition(":")
+    try:
+        socket.create_connection((host, int(port or 80)), _PATIENCE).close()
+    except (OSError, ValueError) as error:
+        raise HardwareError(
+            f"no ROS master answers at {master}: {error}", cure="start roscore, or correct ROS_MASTER_URI"
+        ) from None
+    return rospy, sensors, basics
