@@ -67,6 +67,7 @@ TABLES = {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
         "sNN/telemetry.parquet": "hrcneuro.tables.robot:TELEMETRY",
         "sNN/timing.parquet": "hrcneuro.tables.robot:TIMING",
+        "sNN/reach.parquet": "hrcneuro.tables.robot:REACH",
     },
 }
 _BLOCK = re.compile(r"^```\{(options|artifacts|help)\} ?(\w*)\n```$", flags=re.M)

@@ -8,34 +8,52 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hrcneuro.figures.style import BLUE, GREY, PALE, PLACED, VERMILION, save
-from hrcneuro.robot import kinematics
 from hrcneuro.robot.cell import GRID
-from hrcneuro.robot.limits import MAX_SPEED
 from hrcneuro.robot.measure import Tip
 from hrcneuro.robot.record import APPROACH, Telemetry
 from hrcneuro.robot.session import Done
 from hrcneuro.robot.trajectory import minimum_jerk
 from hrcneuro.robot.workspace import Workspace
 
+# mm: what the arm in this process promises at t_f = 0.6 s, and what a controller beyond sockets does.
+LIMIT, LIMIT_SOCKETS, LIMIT_END = 0.8, 2.5, 0.1
+# Viridis without its yellow, which is lost on white.
+_ERRORS = ListedColormap(colormaps["viridis_r"](np.linspace(0.15, 1.0, 256)))
+
 
 def robot(
-    done: Sequence[Done], record: Telemetry, tip: Tip, table: pd.DataFrame, workspace: Workspace, path: Path
+    done: Sequence[Done],
+    record: Telemetry,
+    tip: Tip,
+    table: pd.DataFrame,
+    workspace: Workspace,
+    path: Path,
+    *,
+    limit: float = LIMIT,
 ) -> None:
-    """Draw the tip's path, its error in the course of a move, the moves' errors, and the entry into the radius."""
+    """Draw the tip's path, its error in the course of a move, the moves' errors, and the entry into the radius.
+
+    Args:
+        done, record, tip, table: The session: moves, cycles, tool poses, rows of moves.parquet.
+        workspace: Where the tiles are.
+        path: Of the PNG.
+        limit: Greatest error allowed on the way at t_f = 0.6 s, mm.
+    """
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 6.2))
         axes = figure.subplots(2, 2)
         _path(axes[0, 0], record, tip, table, workspace, figure)
         _error_course(axes[0, 1], done, record, tip)
         moved = table[table["max_error_mm"].notna()]
-        _errors(axes[1, 0], moved)
+        _errors(axes[1, 0], moved, limit)
         _entry(axes[1, 1], moved, workspace)
         save(figure, path)
 
@@ -55,11 +73,11 @@ def _path(axes: Axes, record: Telemetry, tip: Tip, table: pd.DataFrame, workspac
         lines.append([np.array([c0, r0]) + side, np.array([c1, r1]) + side])
         values.append(worst)
     axes.plot(np.where(between, np.nan, column), np.where(between, np.nan, row), color="black", lw=0.5, zorder=3)
-    drawn = LineCollection(lines, array=np.array(values), cmap="viridis_r", lw=2.2, capstyle="round", zorder=2)
+    drawn = LineCollection(lines, array=np.array(values), cmap=_ERRORS, lw=2.2, capstyle="round", zorder=2)
     axes.add_collection(drawn)
     if values:
-        figure.colorbar(drawn, ax=axes, shrink=0.7, label="greatest error of the way (mm)")
-    axes.set(title="tip (black), approaches (grey), ways by error", xlabel="column", ylabel="row")
+        figure.colorbar(drawn, ax=axes, shrink=0.7, label="greatest error on the way (mm)")
+    axes.set(title="A   tip (black), approaches (grey), ways by error", xlabel="column (tiles)", ylabel="row (tiles)")
 
 
 def _tiles(axes: Axes) -> None:
@@ -86,26 +104,20 @@ def _error_course(axes: Axes, done: Sequence[Done], record: Telemetry, tip: Tip)
         axes.plot(u[shown], middle, color=BLUE, lw=1.2, label="median")
         axes.plot(u[shown], np.nanmax(stack[:, shown], axis=0), color=VERMILION, lw=0.8, label="greatest")
         axes.legend(loc="upper right")
-    axes.set(
-        title=f"distance from the reference, {len(curves)} moves",
-        xlabel="time / $t_f$",
-        ylabel="distance (mm)",
-        ylim=(0, 1.35 * axes.get_ylim()[1]),
-    )
+    axes.set(title="B   distance from the reference", xlabel="time since the onset / $t_f$", ylabel="error (mm)",
+             ylim=(0, 1.35 * axes.get_ylim()[1]))  # fmt: skip
 
 
-def _errors(axes: Axes, moved: pd.DataFrame) -> None:
-    axes.scatter(moved["t_f_s"], moved["max_error_mm"], s=4, color=BLUE, lw=0, alpha=0.5, label="greatest on the way")
-    axes.scatter(moved["t_f_s"], moved["end_error_mm"], s=4, color=VERMILION, lw=0, alpha=0.5, label="on arrival")
-    axes.axhline(0.8, color=BLUE, lw=0.7, ls=":")
-    axes.axhline(0.1, color=VERMILION, lw=0.7, ls=":")
-    axes.set(
-        title=f"error of each of {len(moved)} moves; dotted: the limits",
-        xlabel="duration $t_f$ (s)",
-        ylabel="error (mm)",
-        ylim=(0, max(1.2, axes.get_ylim()[1])),
-    )
-    axes.legend(loc="upper right")
+def _errors(axes: Axes, moved: pd.DataFrame, limit: float) -> None:
+    for name, mark, colour, allowed, label in (
+        ("max_error_mm", "o", BLUE, limit, "greatest on the way"),
+        ("end_error_mm", "s", VERMILION, LIMIT_END, "on arrival"),
+    ):
+        axes.scatter(moved["t_f_s"], moved[name], s=4, marker=mark, color=colour, lw=0, alpha=0.5, label=label)
+        axes.axhline(allowed, color=colour, lw=0.8, ls=":", label=f"its limit: {allowed:g} mm")
+    axes.set(title="C   error of each move; limits for 0.6 s", xlabel="$t_f$ (s)", ylabel="error (mm)")
+    axes.set_ylim(0, 1.5 * max(limit, axes.get_ylim()[1] / 1.05))
+    axes.legend(loc="upper right", ncols=2, columnspacing=1.0)
 
 
 def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
@@ -117,108 +129,104 @@ def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
     axes.plot(ends, inside * ends, color=GREY, lw=0.8, label=f"Eq 2: {inside:.3f} $t_f$")
     axes.plot(ends, ends, color=GREY, lw=0.8, ls=":", label="$t_f$")
     radius = 1e3 * workspace.cell.radius
-    axes.set(
-        title=f"entry into the {radius:g} mm radius, {len(moved)} moves",
-        xlabel="duration $t_f$ (s)",
-        ylabel="time from onset (s)",
-    )
+    axes.set(title=f"D   entry into the {radius:g} mm radius", xlabel="$t_f$ (s)", ylabel="time since the onset (s)")
     axes.legend(loc="upper left")
 
 
 def timing(record: Telemetry, table: pd.DataFrame, spread: Mapping[str, Mapping[str, float]], path: Path) -> None:
-    """Draw the distributions of trigger latency, control cycle and lateness behind the log."""
+    """Draw the distributions of paper § 2.3.4: marker against motion, marker against command, cycles, and the log.
+
+    Args:
+        record: Every cycle.
+        table: Rows of moves.parquet.
+        spread: Of :func:`hrcneuro.robot.measure.timing`.
+        path: Of the PNG.
+    """
     with rc_context(PLACED):
-        figure = Figure(figsize=(7.2, 2.6))
-        axes = figure.subplots(1, 3)
+        figure = Figure(figsize=(7.2, 4.8))
+        axes = figure.subplots(2, 3)
         latency = table["trigger_latency_ms"].to_numpy(float)
-        _histogram(axes[0], latency, spread.get("trigger_latency"), "motion onset after marker")
-        _histogram(axes[1], 1e3 * np.diff(record.time), spread.get("cycle"), "control cycle")
+        _histogram(axes[0, 0], latency, spread.get("trigger_latency"), "A   onset marked to motion begun")
+        _by_duration(axes[0, 1], table)
+        _after_onset(axes[0, 2], table, spread)
+        period = 1e3 * np.diff(record.time)
+        _histogram(axes[1, 0], period, spread.get("cycle"), "D   control cycle", counts=True)
+        axes[1, 1].plot(record.time[1:] / 60.0, period, ".", color=BLUE, ms=1.5, rasterized=True)
+        axes[1, 1].set(title="E   cycles in the session", xlabel="time (min)", ylabel="length (ms)")
+        axes[1, 1].set_ylim(min(7.0, axes[1, 1].get_ylim()[0]), max(9.0, axes[1, 1].get_ylim()[1]))
         behind = table["behind_log_ms"].to_numpy(float)
-        _histogram(axes[2], behind, spread.get("behind_log"), "onset interval less the log's")
-        axes[0].set_ylabel("share")
+        _histogram(axes[1, 2], behind, spread.get("behind_log"), "F   onset interval less the log's")
         save(figure, path)
 
 
-def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float] | None, title: str) -> None:
+def _by_duration(axes: Axes, table: pd.DataFrame) -> None:
+    # A latency that grew with t_f would shift the potentials of slow moves against those of quick ones.
+    known = table[table["trigger_latency_ms"].notna()]
+    t_f, latency = known["t_f_s"].to_numpy(float), known["trigger_latency_ms"].to_numpy(float)
+    axes.scatter(t_f, latency, s=4, color=BLUE, lw=0, alpha=0.5)
+    if len(known) > 1 and np.ptp(t_f) > 0:
+        slope, start = np.polyfit(t_f, latency, 1)
+        ends = np.array([t_f.min(), t_f.max()])
+        axes.plot(ends, start + slope * ends, color=VERMILION, lw=1.0, label=f"slope ${slope:+.2f}$ ms/s")
+        axes.legend(loc="upper right")
+    axes.set(title="B   the same by the move's duration", xlabel="$t_f$ (s)", ylabel="latency (ms)")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.25 * (high - low))
+
+
+def _after_onset(axes: Axes, table: pd.DataFrame, spread: Mapping[str, Mapping[str, float]]) -> None:
+    shown = [
+        ("marker", BLUE, "-", "marker sent"),
+        ("stim", VERMILION, "--", "first sample with it"),
+    ]
+    for name, colour, line, label in shown:
+        values = np.sort(table[f"{name}_latency_ms"].dropna().to_numpy(float))
+        if len(values):
+            of = spread[f"{name}_latency"]
+            text = f"{label}\n{_number(of['mean'])} ± {_number(of['sd'])} ms"
+            share = np.arange(1, len(values) + 1) / len(values)
+            axes.step(
+                np.r_[values[0], values], np.r_[0.0, share], where="post", color=colour, ls=line, lw=1.2, label=text
+            )
+    axes.set(title="C   onset commanded to marker", xlabel="latency (ms)", ylabel="share of the moves up to it")
+    axes.set_ylim(0, 1.55)
+    axes.set_yticks([0, 0.5, 1])
+    low, high = axes.get_xlim()
+    axes.set_xlim(min(low, -0.05), max(high, 1.0))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left")
+    if len(table) and table["marker_latency_ms"].max() == 0.0:
+        axes.text(
+            0.5, 0.3, "a virtual clock\nstands still within a cycle", transform=axes.transAxes, ha="center", color=GREY
+        )
+
+
+def _histogram(
+    axes: Axes, values: np.ndarray, spread: Mapping[str, float] | None, title: str, *, counts: bool = False
+) -> None:
     known = values[np.isfinite(values)]
-    axes.set_xlabel("time (ms)")
+    axes.set(title=title, xlabel="time (ms)", ylabel="cycles" if counts else "share of the moves")
     if spread is None or not len(known):
-        axes.set(title=title)
         axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
         return
     # A distribution narrower than a tenth of a millisecond is shown as what it is, not as rounding noise.
     low, high = float(known.min()), float(known.max())
     room = max(0.1 * (high - low), 0.05)
-    edges = np.linspace(low - room, high + room, 41)
-    axes.hist(known, edges.tolist(), weights=np.full(len(known), 1 / len(known)), color=BLUE)
+    edges = np.linspace(low - room, high + room, 42)
+    # Late cycles are few among very many: only a logarithmic axis shows them.
+    weights = None if counts else np.full(len(known), 1 / len(known))
+    axes.hist(known, edges.tolist(), weights=weights, color=BLUE, log=counts)
     axes.axvline(spread["median"], color=VERMILION, lw=0.8)
-    # Adding zero turns what rounds to minus zero into zero.
-    mean, sd, first, last = (round(float(spread[name]), 2) + 0.0 for name in ("mean", "sd", "p1", "p99"))
-    about = f"n = {len(known)}, {mean:.2f} ± {sd:.2f} ms\n1 to 99 %: {first:.2f} to {last:.2f} ms"
-    axes.set_title(f"{title}\n{about}")
-
-
-def reach(workspace: Workspace, path: Path) -> None:
-    """Draw the cell from the side, the smallest singular value over the tiles, and the joints' speed at t_f = 0.6 s."""
-    with rc_context(PLACED):
-        figure = Figure(figsize=(7.2, 2.7))
-        axes = figure.subplots(1, 3, width_ratios=(1.15, 1, 1))
-        _side(axes[0], workspace)
-        _heat(axes[1], workspace.reach.singular_value, "smallest singular value\nof the Jacobian", "{:.2f}")
-        _heat(axes[2], 100 * _speed_share(workspace, 0.6), "fastest joint at $t_f$ = 0.6 s\n(% of its limit)", "{:.0f}")
-        save(figure, path)
-
-
-def _side(axes: Axes, workspace: Workspace) -> None:
-    cell, middle = workspace.cell, GRID // 2
-    far = cell.near_edge + GRID * cell.tile
-    axes.add_patch(Rectangle((-0.1, 0), 0.2, cell.base_height, color=PALE, lw=0))
-    axes.add_patch(Rectangle((cell.near_edge, cell.screen_height - 0.04), far - cell.near_edge, 0.04, color=GREY, lw=0))
-    low, high = workspace.box
-    axes.add_patch(
-        Rectangle((-high[0], low[2] + cell.base_height), high[0] - low[0], high[2] - low[2], fill=False, ec=VERMILION,
-                  lw=0.7, ls="--")
+    top = axes.get_ylim()[1]
+    axes.set_ylim(*((0.5, 30.0 * top) if counts else (0.0, 1.5 * top)))
+    shown = {name: _number(value) for name, value in spread.items()}
+    text = f"n = {len(known)}, median {shown['median']}\n{shown['mean']} ± {shown['sd']} ms\n1 to 99 %: {shown['p1']}"
+    axes.text(
+        0.98, 0.98, f"{text} to {shown['p99']}", transform=axes.transAxes, ha="right", va="top", fontsize=6.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )  # fmt: skip
-    for row, shade in ((0, 0.35), (middle, 1.0), (GRID - 1, 0.35)):
-        q = workspace.reach.q[row, middle]
-        points = kinematics.frames(q)[:, :3, 3]
-        points = np.vstack([points, kinematics.forward(q, tool=cell.tool)[:3, 3]])
-        axes.plot(-points[:, 0], points[:, 2] + cell.base_height, "o-", color=BLUE, alpha=shade, lw=1.6, ms=2.5)
-    axes.axhline(0, color=GREY, lw=0.7)
-    edge: dict[str, Any] = {"fontsize": 6.5, "ha": "center"}
-    axes.text(0, cell.base_height / 2, "base", va="center", rotation=90, **edge)
-    axes.text((cell.near_edge + far) / 2, cell.screen_height - 0.07, "screen", va="top", **edge)
-    axes.text(-low[0], high[2] + cell.base_height + 0.02, "allowed space", color=VERMILION, **{**edge, "ha": "right"})
-    axes.set(
-        title="from the side, tool over the nearest,\nmiddle and farthest row",
-        xlabel="distance from the base (m)",
-        ylabel="height (m)",
-        aspect="equal",
-        xlim=(-0.2, 1.5),
-        ylim=(-0.02, 1.5),
-    )
 
 
-def _heat(axes: Axes, values: np.ndarray, title: str, form: str) -> None:
-    image = axes.imshow(values, cmap="viridis")
-    middle = (values.min() + values.max()) / 2
-    for (r, c), value in np.ndenumerate(values):
-        colour = "white" if value < middle else "black"
-        axes.text(c, r, form.format(value), ha="center", va="center", fontsize=6, color=colour)
-    axes.set(title=title, xlabel="column", ylabel="row", xticks=range(GRID), yticks=range(GRID))
-    image.set_clim(values.min(), max(values.max(), values.min() + 1e-9))
-
-
-def _speed_share(workspace: Workspace, t_f: float) -> np.ndarray:
-    ways = [
-        ((r, c), (r + dr, c + dc))
-        for r, c in np.ndindex(GRID, GRID)
-        for dr, dc in ((0, 1), (1, 0), (0, -1), (-1, 0))
-        if 0 <= r + dr < GRID and 0 <= c + dc < GRID
-    ]
-    speed, _ = workspace.move_peaks(np.array([w[0] for w in ways]), np.array([w[1] for w in ways]))
-    share = (speed / t_f / np.array(MAX_SPEED)).max(axis=1)
-    out = np.zeros((GRID, GRID))
-    for (start, _), value in zip(ways, share, strict=True):
-        out[start] = max(out[start], value)
-    return out
+def _number(value: float) -> str:
+    # Adding zero turns a -0.00 into 0.00.
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "\N{MINUS SIGN}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from hrcneuro.contract import option
 
 GRID = 7  # tiles a side (paper § 2.2)
+SHORTEST = 0.6  # s, the shortest duration of a move (paper § 2.3.2)
 
 
 @dataclass(frozen=True)

@@ -159,8 +159,8 @@ def stim_sample(marked: np.ndarray, rate: float) -> np.ndarray:
         marked: When the markers went out, seconds from the recording's first sample.
         rate: The recording's, Hz.
     """
-    # A line that rises between two samples is seen in the later one; a millionth keeps rounding from costing one.
-    return np.asarray(np.ceil(marked * rate - 1e-6))
+    # A line that rises between two samples is seen in the later one; a thousandth keeps rounding from costing one.
+    return np.asarray(np.ceil(marked * rate - 1e-3))
 
 
 def timing(

@@ -14,6 +14,7 @@ import numpy as np
 from hrcneuro.errors import ConfigError
 from hrcneuro.robot import kinematics
 from hrcneuro.robot.cell import GRID, Cell
+from hrcneuro.robot.limits import MAX_SPEED
 from hrcneuro.robot.trajectory import minimum_jerk
 
 # The tool points down (−z); its x axis looks back at the arm.
@@ -130,6 +131,24 @@ class Workspace:
         q = refine(guess + s * (goal - guess), pose(first + s * (last - first)), tool=self.cell.tool)
         qd = np.gradient(q, u, axis=1, edge_order=2)
         return np.abs(qd).max(axis=1), np.abs(np.gradient(qd, u, axis=1, edge_order=2)).max(axis=1)
+
+    def speed_share(self, t_f: float) -> np.ndarray:
+        """Return how much of a joint's greatest speed the moves from each tile take, the quickest joint: shape (7, 7).
+
+        Args:
+            t_f: Duration of the moves, seconds.
+        """
+        ways = [
+            ((r, c), (r + dr, c + dc))
+            for r, c in np.ndindex(GRID, GRID)
+            for dr, dc in ((0, 1), (1, 0), (0, -1), (-1, 0))
+            if 0 <= r + dr < GRID and 0 <= c + dc < GRID
+        ]
+        starts, ends = (np.array([way[i] for way in ways]) for i in (0, 1))
+        speed, _ = self.move_peaks(starts, ends)
+        share = np.zeros((GRID, GRID))
+        np.maximum.at(share, tuple(starts.T), (speed / t_f / np.array(MAX_SPEED)).max(axis=1))
+        return share
 
     def _solve(self) -> Reach:
         middle = GRID // 2

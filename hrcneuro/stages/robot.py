@@ -26,7 +26,7 @@ INPUTS: Patterns = {"acquire": ("trials.parquet",)}
 FIGURES = {
     "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
     "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
-    "reach.png": "The cell from the side; how far each tile is from a singularity; how fast the joints must turn",
+    "reach.png": "The cell, how far each of its tiles is from a singularity, and how fast the joints must turn there",
 }
 
 
@@ -130,7 +130,7 @@ def _loopback(host: str) -> bool:
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Replay the subject's moves; write ``telemetry.parquet``, ``moves.parquet``, ``timing.parquet`` and the figures.
+    """Replay the subject's moves; write ``telemetry``, ``moves``, ``timing``, ``reach.parquet`` and the figures.
 
     Raises:
         DataError: The trial table holds no moves on the grid.
@@ -163,11 +163,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             if len(loop.record):
                 folder = Path(config.rescue_folder) / inputs.unit
                 folder.mkdir(parents=True, exist_ok=True)
-                _write(loop, done, workspace, folder, rate=rate, stamps=stamps)
+                _write(config, loop, done, workspace, folder, rate, stamps)
                 if isinstance(error, HardwareError):
                     raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
             raise
-    return _write(loop, done, workspace, out, rate=rate, stamps=stamps)
+    return _write(config, loop, done, workspace, out, rate, stamps)
 
 
 def _on_onset(
@@ -188,9 +188,10 @@ def _on_onset(
 
 
 def _write(
-    loop: Loop, done: list[Done], workspace: Workspace, out: Path, *, rate: float, stamps: dict[int, float]
+    config: Config, loop: Loop, done: list[Done], workspace: Workspace, out: Path, rate: float, stamps: dict[int, float]
 ) -> dict[str, Any]:
     from hrcneuro.figures import robot as robot_figures
+    from hrcneuro.figures import robot_cell
     from hrcneuro.io.tables import write_table
     from hrcneuro.robot.measure import measure_moves, timing, tip
     from hrcneuro.tables import robot as robot_tables
@@ -204,9 +205,11 @@ def _write(
     write_table(robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", robot_tables.TELEMETRY)
     write_table(table, out / "moves.parquet", robot_tables.MOVES)
     write_table(robot_tables.timing(spread), out / "timing.parquet", robot_tables.TIMING)
-    robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png")
+    write_table(robot_tables.reach(workspace), out / "reach.parquet", robot_tables.REACH)
+    limit = robot_figures.LIMIT if config.backend == "sim" else robot_figures.LIMIT_SOCKETS
+    robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png", limit=limit)
     robot_figures.timing(telemetry, table, spread, out / "timing.png")
-    robot_figures.reach(workspace, out / "reach.png")
+    robot_cell.reach(workspace, out / "reach.png")
     return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
 
 

@@ -10,8 +10,10 @@ import pandas as pd
 
 from hrcneuro.io.tables import Column, Table
 from hrcneuro.robot import measure
+from hrcneuro.robot.cell import GRID, SHORTEST
 from hrcneuro.robot.record import PHASES, Telemetry
 from hrcneuro.robot.session import Done
+from hrcneuro.robot.workspace import Workspace
 
 _JOINTS = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")
 
@@ -96,6 +98,33 @@ TIMING = Table(
         "high_ms": Column("float", "ms", "greatest"),
     },
 )
+
+
+REACH = Table(
+    1,
+    "one row a tile: how well the arm reaches it with the tool pointing down; frame: the controller's base",
+    {
+        "row": Column("int", "tiles", "row, 0 nearest to the arm"),
+        "col": Column("int", "tiles", "column, 0 at the subject's left"),
+        **{f"tool_{a}_m": Column("float", "m", f"tip over the tile's centre, {a}") for a in "xyz"},
+        **{f"q_{i}_rad": Column("float", "rad", f"angle there, {joint}") for i, joint in enumerate(_JOINTS, 1)},
+        "singular_value": Column("float", "", "smallest of the Jacobian at the tip (m and rad); 0 at a singularity"),
+        "condition": Column("float", "", "greatest over smallest singular value"),
+        "speed_share": Column("float", "", "of its greatest speed, the quickest joint in a move from there in 0.6 s"),
+    },
+)
+
+
+def reach(workspace: Workspace) -> pd.DataFrame:
+    """Return the rows of reach.parquet."""
+    found, share = workspace.reach, workspace.speed_share(SHORTEST)
+    rows = []
+    for tile in np.ndindex(GRID, GRID):
+        place = dict(zip(("tool_x_m", "tool_y_m", "tool_z_m"), workspace.position(*tile), strict=True))
+        angles = {f"q_{i}_rad": angle for i, angle in enumerate(found.q[tile], 1)}
+        worth = {"singular_value": found.singular_value[tile], "condition": found.condition[tile]}
+        rows.append({"row": tile[0], "col": tile[1]} | place | angles | worth | {"speed_share": share[tile]})
+    return pd.DataFrame(rows)
 
 
 def telemetry(record: Telemetry, tip: measure.Tip) -> dict[str, Any]:

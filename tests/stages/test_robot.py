@@ -15,6 +15,7 @@ import pytest
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.figures import robot as robot_figures
+from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
@@ -100,6 +101,7 @@ def test_the_tables_carry_their_schema(whole):
         ("telemetry", robot_tables.TELEMETRY),
         ("moves", robot_tables.MOVES),
         ("timing", robot_tables.TIMING),
+        ("reach", robot_tables.REACH),
     ):
         found = describe(out / f"{name}.parquet")
         assert list(found.columns) == list(table.columns)
@@ -118,10 +120,24 @@ def test_every_motion_has_a_marker_and_a_sample_of_the_stim_channel(whole, trial
     assert (moved["marker_s"] == moved["onset_s"]).all()
     assert moved["stim_sample"].dtype.kind in "iuf"
     late = moved["stim_sample"] / 512.0 - moved["onset_s"]
-    assert late.between(-1e-8, 1 / 512).all()
+    assert late.between(-2e-3 / 512, 1 / 512).all()
     assert 1e3 * late.to_numpy() == pytest.approx(moved["stim_latency_ms"].to_numpy(), abs=1e-6)
     assert moves.loc[moves["clamped"], ["marker_s", "stim_sample", "lsl_s"]].isna().all(axis=None)
     assert moves["lsl_s"].isna().all()
+
+
+def test_the_reach_report_names_every_tile(whole):
+    """Checked against the cell's geometry and what was measured of it: near 0.165 and 13 at the far corners."""
+    _, out = whole
+    reach = pd.read_parquet(out / "reach.parquet").set_index(["row", "col"])
+    assert len(reach) == 49
+    assert reach["singular_value"].min() == pytest.approx(0.165, abs=5e-4)
+    assert reach["condition"].max() == pytest.approx(13.2, abs=0.05)
+    assert reach["singular_value"].idxmin() in [(6, 0), (6, 6)]
+    assert reach.loc[(0, 3), "tool_x_m"] == pytest.approx(-(0.76 + 0.035))
+    assert reach.loc[(3, 0), "tool_y_m"] == pytest.approx(0.21)
+    assert reach["speed_share"].between(0.1, 0.3).all()
+    assert reach["speed_share"].idxmax() in [(6, 0), (6, 6), (5, 0), (5, 6)]
 
 
 def test_the_figures_are_there(whole):
@@ -141,8 +157,8 @@ def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    for name in ("robot", "timing", "reach"):
-        monkeypatch.setattr(robot_figures, name, lambda *_: None)
+    for module, name in ((robot_figures, "robot"), (robot_figures, "timing"), (robot_cell, "reach")):
+        monkeypatch.setattr(module, name, lambda *_, **__: None)
 
 
 def test_blocks_episodes_and_practice_are_chosen(inputs, tmp_path, trials, no_figures):
