@@ -168,6 +168,31 @@ def check_durations(moves: Sequence[Move], workspace: Workspace, *, acceleration
         )
 
 
+def check_paths(moves: Sequence[Move], workspace: Workspace) -> None:
+    """Refuse a session one of whose straight ways, moves and approaches, leads out of the box or near a singularity.
+
+    Args:
+        moves: What is about to be replayed, in order.
+        workspace: Where the tiles are.
+
+    Raises:
+        ConfigError: Names the tiles, the place between them and what is wrong with it.
+    """
+    middle = (GRID // 2, GRID // 2)
+    workspace.check_way(workspace.home_position(), workspace.position(*middle), near=workspace.home())
+    ways, tile = [], middle
+    for move in moves:
+        ways += [(tile, move.start), (move.start, move.end)]
+        tile = move.end
+    distinct = np.array(list(dict.fromkeys((a, b) for a, b in ways if a != b))).reshape(-1, 2, 2)
+    doubtful = distinct[workspace.doubtful(distinct[:, 0], distinct[:, 1])] if len(distinct) else distinct
+    for start, end in ((tuple(a), tuple(b)) for a, b in doubtful.tolist()):
+        try:
+            workspace.check_way(workspace.position(*start), workspace.position(*end), near=workspace.reach.q[start])
+        except ConfigError as error:
+            raise ConfigError(f"from tile {start} to {end} {error.problem}", cure=error.cure) from error
+
+
 def _ranges(numbers: Sequence[int]) -> str:
     dense = len(numbers) > 1 and list(numbers) == list(range(numbers[0], numbers[-1] + 1))
     return f"{numbers[0]} … {numbers[-1]}" if dense else ", ".join(map(str, numbers))

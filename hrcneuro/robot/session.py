@@ -87,9 +87,8 @@ def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = 0.9) -> float:
 
 def approach(loop: Loop, workspace: Workspace, tile: tuple[int, int], *, pace: Pace, here: Sequence[float]) -> None:
     """Bring the tip from ``here`` (x, y, z) over ``tile`` in a straight line."""
-    goal = workspace.position(*tile)
-    workspace.check_way(here, goal, near=workspace.reach.q[workspace.tile(here)])
-    path = BoundedPath(here, goal, pace.approach)
+    # The way was checked before the session: here it would cost a cycle.
+    path = BoundedPath(here, workspace.position(*tile), pace.approach)
     loop.follow(path, phase=record.APPROACH, radius=workspace.cell.radius)
 
 
@@ -107,7 +106,7 @@ def run_session(
     Args:
         loop: A fresh loop; it is left at rest, not stopped.
         workspace: Where the tiles are.
-        moves: The plan.
+        moves: The plan, which :func:`hrcneuro.robot.plan.check_paths` has passed.
         lead: Of the feed-forward, seconds; None: measured first.
         pace: Bounds and pauses.
         on_done: Takes every executed move.

@@ -105,6 +105,26 @@ class Workspace:
                     cure="move the cell away from the arm's singular region (robot.cell)",
                 )
 
+    def doubtful(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return which straight ways between tiles :meth:`check_way` must look at; the others are sound, shape (ways,).
+
+        Args:
+            starts: Tiles (row, column), shape (ways, 2).
+            ends: The same for the ends.
+        """
+        # All tiles lie in the box, and a box is convex: what is left is the joints, all ways at once.
+        share = np.linspace(0.0, 1.0, 9)[:, None]
+        first, last = (np.array([self.position(r, c) for r, c in tiles])[:, None] for tiles in (starts, ends))
+        guess, goal = (self.reach.q[tiles[:, 0], tiles[:, 1]][:, None] for tiles in (starts, ends))
+        targets = pose(first + share * (last - first))
+        try:
+            q = refine(guess + share * (goal - guess), targets, tool=self.cell.tool)
+        except np.linalg.LinAlgError:
+            return np.ones(len(starts), bool)
+        off = np.abs(kinematics.pose_error(targets, kinematics.forward(q, tool=self.cell.tool))).max(axis=(1, 2))
+        least = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)[..., -1].min(axis=1)
+        return np.asarray(~((off < 1e-9) & (least >= self.cell.min_singular_value)))
+
     def home(self) -> np.ndarray:
         """Return the joint angles of the home position above the grid's centre, shape (6,), radians."""
         above = pose(self.home_position())
@@ -170,7 +190,7 @@ class Workspace:
                 x, y, z = self.position(row, col)
                 raise ConfigError(
                     f"robot.cell: the arm does not reach tile ({row}, {col}), {np.hypot(x, y):.3f} m from its axis and "
-                    f"{-z:.3f} m below its base: {error}",
+                    f"{abs(z):.3f} m {'below' if z < 0 else 'above'} its base: {error}",
                     cure="change robot.cell.base_height, near_edge or tool",
                 ) from error
         values = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)

@@ -134,12 +134,13 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     Raises:
         DataError: The trial table holds no moves on the grid.
-        ConfigError: The selection is empty, a tile is out of reach, or a duration breaks a joint's limit.
+        ConfigError: The selection is empty, a tile is out of reach, a way leads near a singularity or out of the box,
+            or a duration breaks a joint's limit.
         HardwareError: The arm was stopped, and the record until then is in ``rescue_folder``; or the markers' stream
             cannot be opened.
     """
     from hrcneuro.io.tables import read_table
-    from hrcneuro.robot.plan import check_durations, plan, sampling_rate, select
+    from hrcneuro.robot.plan import check_durations, check_paths, plan, sampling_rate, select
     from hrcneuro.robot.session import run_session
     from hrcneuro.robot.workspace import Workspace
 
@@ -149,6 +150,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     moves = plan(chosen, t_f=config.t_f_s, t_f_range=(least, most), default_t_f=config.t_f_default_s)
     workspace = Workspace(config.cell)
     check_durations(moves, workspace, acceleration=config.max_acceleration)
+    check_paths(moves, workspace)
 
     rate = config.stim_rate_hz or sampling_rate(trials)
     stamps: dict[int, float] = {}

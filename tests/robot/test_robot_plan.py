@@ -1,9 +1,13 @@
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.robot.plan import check_durations, plan, sampling_rate, select
+from hrcneuro.robot.cell import Cell
+from hrcneuro.robot.plan import check_durations, check_paths, plan, sampling_rate, select
+from hrcneuro.robot.workspace import Workspace
 
 NO_TIMES = {"t_f": None, "t_f_range": (0.6, 1.2), "default_t_f": 0.9}
 
@@ -106,3 +110,39 @@ def test_a_t_f_that_breaks_a_limit_is_refused_with_the_least_that_does_not(works
 
 def test_only_clamped_moves_ask_for_nothing(workspace):
     check_durations([m for m in plan(log(), **NO_TIMES) if m.dwells], workspace, acceleration=1.0)
+
+
+def test_ways_are_checked_before_anything_moves(workspace, monkeypatch):
+    """Moves and approaches alike. The cell is sound, so doubt is sown: each way is then looked at, and one fails."""
+    moves = plan(log(), **NO_TIMES)
+    check_paths(moves, workspace)
+    asked = []
+
+    def refuse(start, end, *, near):
+        asked.append((workspace.tile(start), workspace.tile(end)))
+        if asked[-1] == ((2, 4), (0, 0)):
+            raise ConfigError("the way leads through here", cure="robot.cell")
+
+    monkeypatch.setattr(workspace, "check_way", refuse)
+    monkeypatch.setattr(workspace, "doubtful", lambda starts, ends: np.ones(len(starts), bool))
+    with pytest.raises(ConfigError, match=r"from tile \(2, 4\) to \(0, 0\) the way leads through here") as caught:
+        check_paths(moves, workspace)
+    assert caught.value.cure == "robot.cell"
+    assert asked == [((3, 3), (3, 3)), ((3, 3), (2, 3)), ((2, 3), (2, 4)), ((2, 4), (0, 0))]
+
+
+def test_doubt_falls_on_the_ways_that_the_slow_check_refuses():
+    """The quick check of all ways at once against the one that walks them, where the arm is nearly stretched out."""
+    near = Workspace(Cell(min_singular_value=0.0))
+    starts, ends = (np.array([(r, c) for r in range(7) for c in range(7)]) for _ in range(2))
+    ends = ends[::-1]
+    near.cell = dataclasses.replace(near.cell, min_singular_value=0.2)
+    doubtful = near.doubtful(starts, ends)
+    assert 0 < doubtful.sum() < len(doubtful)
+    for start, end, doubt in zip(map(tuple, starts), map(tuple, ends), doubtful, strict=True):
+        try:
+            near.check_way(near.position(*start), near.position(*end), near=near.reach.q[start])
+            refused = False
+        except ConfigError:
+            refused = True
+        assert refused == doubt
