@@ -37,13 +37,29 @@ def robot(
     return code
 
 
+_MEANING = {
+    "trigger_latency": "t = 0 to the onset of the motion (Eq 2 fitted)",
+    "marker_latency": "t = 0 to the marker sent",
+    "stim_latency": "t = 0 to the first sample with it",
+    "cycle": "control cycle",
+    "behind_log": "interval between onsets less the log's",
+}
+
+
 def _timing(options: Options, subject: str) -> str:
     from hrcneuro.io.tables import read_table
     from hrcneuro.workdir import Workdir
 
-    table = read_table(Workdir(options.workdir).artifact("robot", subject, "timing.parquet"))
-    rows = [f"{subject}: timing in ms", f"{'':<26}{'n':>8}{'mean':>9}{'sd':>9}{'median':>9}{'p99':>9}{'most':>9}"]
-    for row in table.to_dict("records"):
-        figures = (row[f"{name}_ms"] for name in ("mean", "sd", "median", "p99", "high"))
-        rows.append(f"{row['quantity']:<26}{row['n']:>8}" + "".join(f"{v:>9.3f}" for v in figures))
-    return "\n".join(rows)
+    place = Workdir(options.workdir).artifact("robot", subject, "timing.parquet")
+    names = ("mean", "sd", "median", "low", "p1", "p99", "high")
+    head = "".join(f"{name:>9}" for name in ("mean", "sd", "median", "least", "1 %", "99 %", "most"))
+    rows = [
+        f"{subject}: timing in ms; t = 0 is the cycle of the first command that is not zero",
+        f"{'':<52}{'n':>8}{head}",
+    ]
+    for row in read_table(place).to_dict("records"):
+        # Beside the distribution of a quantity stands that of its distance from the median, or from 8 ms.
+        text = _MEANING.get(row["quantity"], "  its jitter")
+        figures = "".join(f"{round(row[f'{name}_ms'], 3) + 0.0:>9.3f}" for name in names)
+        rows.append(f"{text:<52}{row['n']:>8}{figures}")
+    return "\n".join([*rows, f"drawn in {place.with_name('timing.png')}"])

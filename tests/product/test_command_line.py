@@ -6,6 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from tiny_study import ROOT
 
@@ -83,6 +84,24 @@ def test_what_a_stage_meets_decides_the_exit_code(hrcneuro, tiny, arguments, cod
     assert done.code == code, done.err
     for word in words:
         assert word in done.err
+
+
+def test_the_timing_report_tells_latency_and_jitter(hrcneuro, smoke):
+    """Paper 2.3.4; what the figures are is read from the table that they summarise."""
+    given = ["robot", "s01", "--config", ROOT / "configs" / "smoke.toml", "--workdir", smoke]
+    done = hrcneuro(*given, "--timing")
+    assert done.code == 0, done.err
+    (place,) = re.findall(r"^drawn in (.+)timing\.png$", done.out, flags=re.M)
+    assert (Path(place) / "timing.png").is_file()
+    rows = {line[:52].strip(): line[52:].split() for line in done.out.splitlines()}
+    table = pd.read_parquet(Path(place) / "timing.parquet").set_index("quantity")
+    latency = table.loc["trigger_latency"]
+    shown = rows["t = 0 to the onset of the motion (Eq 2 fitted)"]
+    assert int(shown[0]) == latency["n"] > 10
+    assert [float(v) for v in shown[1:]] == pytest.approx(
+        [latency[f"{name}_ms"] for name in ("mean", "sd", "median", "low", "p1", "p99", "high")], abs=5e-4
+    )
+    assert {"t = 0 to the marker sent", "t = 0 to the first sample with it", "its jitter", "control cycle"} <= set(rows)
 
 
 def test_the_version_is_printed(hrcneuro):
