@@ -125,7 +125,7 @@ def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
     axes.scatter(t_f, moved["t_2mm_s"], s=4, color=BLUE, lw=0, alpha=0.5, label="measured")
     u = np.linspace(0, 1, 2001)
     inside = u[np.searchsorted(minimum_jerk(u)[0], 1 - workspace.cell.radius / workspace.cell.tile)]
-    ends = np.array([t_f.min(), t_f.max()]) if len(t_f) else np.array([0.6, 1.2])
+    ends = np.array([t_f.min(), t_f.max()]) if len(t_f) and np.ptp(t_f) > 0 else np.array([0.6, 1.2])
     axes.plot(ends, inside * ends, color=GREY, lw=0.8, label=f"Eq 2: {inside:.3f} $t_f$")
     axes.plot(ends, ends, color=GREY, lw=0.8, ls=":", label="$t_f$")
     radius = 1e3 * workspace.cell.radius

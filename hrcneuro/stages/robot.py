@@ -155,20 +155,21 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     rate = config.stim_rate_hz or sampling_rate(trials)
     stamps: dict[int, float] = {}
     done: list[Done] = []
-    with contextlib.ExitStack() as stack:
-        loop = _loop(config, workspace, _on_onset(config, inputs.unit, moves, stamps, stack))
-        try:
-            with loop:
-                run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
-        except BaseException as error:
-            # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
-            if len(loop.record):
-                folder = Path(config.rescue_folder) / inputs.unit
-                folder.mkdir(parents=True, exist_ok=True)
-                _write(config, loop, done, workspace, folder, rate, stamps)
-                if isinstance(error, HardwareError):
-                    raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
-            raise
+    loop: Loop | None = None
+    try:
+        with contextlib.ExitStack() as stack:
+            on_onset = _on_onset(config, inputs.unit, moves, stamps, stack)
+            loop = stack.enter_context(_loop(config, workspace, on_onset, stack))
+            run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
+    except BaseException as error:
+        # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
+        if loop is not None and len(loop.record):
+            folder = Path(config.rescue_folder) / inputs.unit
+            folder.mkdir(parents=True, exist_ok=True)
+            _write(config, loop, done, workspace, folder, rate, stamps)
+            if isinstance(error, HardwareError):
+                raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
+        raise
     return _write(config, loop, done, workspace, out, rate, stamps)
 
 
@@ -215,7 +216,7 @@ def _write(
     return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
 
 
-def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None) -> Loop:
+def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None, stack: contextlib.ExitStack) -> Loop:
     from hrcneuro.robot.limits import Limits
     from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.safety import Supervisor
@@ -223,7 +224,7 @@ def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None) -> Loo
     from hrcneuro.robot.trajectory import Bounds
     from hrcneuro.robot.workspace import DOWN
 
-    arm, clock = _arm(config, workspace)
+    arm, clock = _arm(config, workspace, stack)
     tool = config.cell.tool
     return Loop(
         arm,
@@ -236,7 +237,7 @@ def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None) -> Loo
     )
 
 
-def _arm(config: Config, workspace: Workspace) -> tuple[Backend, Clock]:
+def _arm(config: Config, workspace: Workspace, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
     if config.backend == "sim":
         from hrcneuro.robot.sim import SimArm, VirtualClock
 
@@ -245,7 +246,9 @@ def _arm(config: Config, workspace: Workspace) -> tuple[Backend, Clock]:
 
     from hrcneuro.robot.backends import connect
 
-    return connect(config.backend, host=config.host, driver=config.driver)
+    arm, clock = connect(config.backend, host=config.host, driver=config.driver)
+    stack.callback(clock.relax)
+    return arm, clock
 
 
 def _pace(config: Config) -> Pace:

@@ -210,7 +210,7 @@ def test_contradictions_are_named(changes, match):
 
 
 def test_a_protective_stop_keeps_the_record(inputs, tmp_path, monkeypatch, no_figures):
-    def faulty(config, workspace):
+    def faulty(config, workspace, _):
         from hrcneuro.robot.sim import VirtualClock
 
         clock = VirtualClock()

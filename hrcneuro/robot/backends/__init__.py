@@ -11,10 +11,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.robot.backend import Backend
     from hrcneuro.robot.backends.clock import WallClock
+    from hrcneuro.robot.backends.ros import RosArm
+    from hrcneuro.robot.backends.script import ScriptArm
+    from hrcneuro.robot.backends.ur import UrArm
+    from hrcneuro.robot.backends.ursim import UrSim
 
 
 def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Backend, WallClock]:
     """Return an arm that stands still, and the clock of its loop, which should begin at once.
+
+    From here on this thread runs before the machine's other work, until the clock's ``relax``.
 
     Args:
         backend: "ur", "ursim" or "ros".
@@ -27,20 +33,27 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
     from hrcneuro.robot.backends.clock import WallClock
 
     clock = WallClock()
+    clock.hurry()
+    try:
+        arm = _arm(backend, host, driver, clock)
+        arm.align()
+    except BaseException:
+        clock.relax()
+        raise
+    return arm, clock
+
+
+def _arm(backend: str, host: str, driver: str, clock: WallClock) -> RosArm | ScriptArm | UrArm | UrSim:
     if backend == "ros":
         from hrcneuro.robot.backends.ros import RosArm
 
-        bridge = RosArm(clock)
-        bridge.align()
-        return bridge, clock
-
-    def drive(address: str) -> ScriptArm | UrArm:
-        return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)
+        return RosArm(clock)
 
     from hrcneuro.robot.backends.script import ScriptArm
     from hrcneuro.robot.backends.ur import UrArm
     from hrcneuro.robot.backends.ursim import UrSim
 
-    arm = UrSim(drive) if backend == "ursim" else drive(host)
-    arm.align()
-    return arm, clock
+    def drive(address: str) -> ScriptArm | UrArm:
+        return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)
+
+    return UrSim(drive) if backend == "ursim" else drive(host)

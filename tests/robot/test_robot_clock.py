@@ -1,0 +1,51 @@
+"""Who runs first: a real-time session asks for it, and gives it back."""
+
+import os
+import threading
+
+import pytest
+
+from hrcneuro.robot.backends.clock import WallClock
+
+
+def scheduling():
+    return os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+
+
+def in_thread(work):
+    """Run in a thread of its own: what it asks for must not stay with the test runner."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(work()))
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+def test_a_session_runs_first_and_gives_that_back():
+    def work():
+        clock, before = WallClock(), scheduling()
+        assert scheduling() == before, "a clock alone asks for nothing"
+        clock.hurry()
+        during = scheduling()
+        clock.relax()
+        clock.relax()
+        return before, during, scheduling()
+
+    before, during, after = in_thread(work)
+    assert before == after
+    if during == before:
+        pytest.skip("no right to run first on this machine")
+    assert during == (os.SCHED_FIFO, 20)
+
+
+def test_without_the_right_it_asks_for_less(monkeypatch):
+    def refuse(*_):
+        raise PermissionError
+
+    asked = []
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(os, "setpriority", lambda *given: asked.append(given))
+    clock = WallClock()
+    clock.hurry()
+    clock.relax()
+    assert asked == [(os.PRIO_PROCESS, 0, -15)]
