@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf, nan, sqrt
+from math import ceil, inf, nan, sqrt
 from types import TracebackType
 
 from hrcneuro.robot import record
@@ -23,6 +23,7 @@ _ZERO = [0.0] * 6
 _NOWHERE = (nan, nan, nan)
 _BRAKE = 4.0  # rad/s², the deceleration asked of the controller itself
 _AT_REST = 1e-3  # rad/s
+_APART = 0.125  # least distance of two cycles, in periods
 
 OnOnset = Callable[[float, int], None]
 
@@ -227,9 +228,10 @@ class Loop:
     def _tick(self) -> tuple[float, State]:
         now = self._clock.now()
         self._next += PERIOD
-        if self._next <= now:
-            # A late cycle is not made up for: two commands at once would jerk.
-            self._next = now + PERIOD
+        if self._next - now < _APART * PERIOD:
+            # What a late cycle missed is not made up for: two commands at once would jerk. The beat stays, since the lead
+            # was found for this place between two of the controller's own cycles.
+            self._next += PERIOD * ceil((now - self._next) / PERIOD + _APART)
         return now, self._arm.state()
 
     def _send(self, now: float, state: State, qd: list[float], phase: int, move: int, at: Sequence[float]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -148,3 +149,26 @@ def test_a_recorder_beside_the_arm_gets_each_onset(lsl, hrcneuro, tmp_path):
     assert moves.loc[moves["clamped"], ["lsl_s", "marker_s", "stim_sample"]].isna().all(axis=None)
     assert (moved["stim_latency_ms"] - moved["marker_latency_ms"]).between(-1e-3, 2.0 + 1e-3).all()
     assert "t = 0 to the marker sent" in out
+
+
+def test_ctrl_c_in_mid_move_ends_at_rest_and_keeps_the_record(lsl, hrcneuro, tmp_path):
+    """The first marker tells that the arm moves; the interrupt comes then."""
+    (tmp_path / "one.toml").write_text(STUDY)
+    given = ["s01", "--config", tmp_path / "one.toml", "--workdir", tmp_path]
+    assert hrcneuro("acquire", *given).code == 0
+    command = [sys.executable, "-m", "hrcneuro", "robot", *map(str, given)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    inlet = listen(lsl, "hrcneuro robot s01")
+    sample, _ = inlet.pull_sample(timeout=60.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    kept = tmp_path / "robot-stopped" / "s01"
+    telemetry = pd.read_parquet(kept / "telemetry.parquet")
+    assert sample[0].endswith("trial=0")
+    assert (telemetry["move"] == 0).sum() > 1
+    assert telemetry["phase"].iloc[-1] == "stop"
+    assert telemetry.filter(regex=r"^qd_\d").iloc[-1].abs().max() < 1e-3
+    assert telemetry.filter(like="qd_command").iloc[-1].abs().max() == 0.0
+    inlet.close_stream()

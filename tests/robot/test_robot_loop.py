@@ -7,6 +7,7 @@ from hrcneuro.robot import record
 from hrcneuro.robot.backend import PERIOD, Stopped
 from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.measure import tip
+from hrcneuro.robot.safety import Supervisor
 from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
 from hrcneuro.robot.trajectory import BoundedPath, Bounds, TileMove
 
@@ -122,6 +123,21 @@ def test_times_begin_with_the_session_whatever_the_clock_shows(make_loop, worksp
         assert getattr(again, name) == pytest.approx(getattr(track, name), abs=1e-9)
     late.rest(late.now() + 0.1)
     assert len(late.record.telemetry().time) == pytest.approx(len(first.time) + 12, abs=1)
+
+
+@pytest.mark.parametrize("late", [0.0005, 0.003, 0.0069, 0.0075, 0.012, 0.0295])
+def test_a_late_cycle_does_not_move_the_beat(make_loop, late):
+    """The loop keeps its place between two cycles of the controller, and never sends twice at once."""
+    loop = make_loop(supervisor=Supervisor(max_age=0.1))
+    wait = loop._clock.wait_until
+    loop._clock.wait_until = lambda t: wait(t + (late if t == pytest.approx(0.08) else 0.0))
+    loop.rest(0.2)
+    time = loop.record.telemetry().time
+    beat = time / PERIOD - np.rint(time / PERIOD)
+    assert np.flatnonzero(np.abs(beat) > 1e-6).tolist() in ([10], [])
+    assert time[10] == pytest.approx(0.08 + late)
+    assert np.diff(time).min() >= 0.001 - 1e-9
+    assert time[11] - 0.08 < late + 0.001 + PERIOD
 
 
 def test_the_same_session_twice_gives_the_same_numbers(make_loop, workspace):
