@@ -229,8 +229,8 @@ class Loop:
         now = self._clock.now()
         self._next += PERIOD
         if self._next - now < _APART * PERIOD:
-            # What a late cycle missed is not made up for: two commands at once would jerk. The beat stays, since the lead
-            # was found for this place between two of the controller's own cycles.
+            # What a late cycle missed is not made up for: two commands at once would jerk. The beat stays, since
+            # the lead was found for this place between two of the controller's own cycles.
             self._next += PERIOD * ceil((now - self._next) / PERIOD + _APART)
         return now, self._arm.state()
 

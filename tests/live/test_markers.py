@@ -160,6 +160,9 @@ def test_ctrl_c_in_mid_move_ends_at_rest_and_keeps_the_record(lsl, hrcneuro, tmp
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     inlet = listen(lsl, "hrcneuro robot s01")
     sample, _ = inlet.pull_sample(timeout=60.0)
+    with pytest.raises(subprocess.TimeoutExpired):
+        # Half of the move, 0.6 s, goes by.
+        process.wait(timeout=0.3)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 130, err
@@ -168,6 +171,8 @@ def test_ctrl_c_in_mid_move_ends_at_rest_and_keeps_the_record(lsl, hrcneuro, tmp
     telemetry = pd.read_parquet(kept / "telemetry.parquet")
     assert sample[0].endswith("trial=0")
     assert (telemetry["move"] == 0).sum() > 1
+    stop = telemetry[telemetry["phase"] == "stop"]
+    assert stop.filter(like="qd_command").iloc[0].abs().max() > 0.05, "a controlled stop, not a sudden one"
     assert telemetry["phase"].iloc[-1] == "stop"
     assert telemetry.filter(regex=r"^qd_\d").iloc[-1].abs().max() < 1e-3
     assert telemetry.filter(like="qd_command").iloc[-1].abs().max() == 0.0
