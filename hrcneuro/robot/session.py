@@ -10,6 +10,7 @@ import numpy as np
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot import kinematics, record
+from hrcneuro.robot.backend import PERIOD
 from hrcneuro.robot.cell import GRID
 from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.loop import Loop, Track
@@ -74,15 +75,22 @@ def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
         loop.follow(BoundedPath(start, end, pace.approach), phase=record.HOME, radius=workspace.cell.radius)
 
 
-def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = 0.9) -> float:
-    """Return the lead, seconds, from four tile moves around the grid's centre, which end where they began."""
+def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = 0.9, tries: int = 3) -> float:
+    """Return the lead, seconds, from four tile moves around the grid's centre, which end where they began.
+
+    A round in which a cycle came late is made again, ``tries`` times at most: the most even one counts.
+    """
     middle = GRID // 2
     round_trip = [(middle, middle), (middle + 1, middle), (middle + 1, middle + 1), (middle, middle + 1)]
-    first = len(loop.record)
-    for start, end in zip(round_trip, round_trip[1:] + round_trip[:1], strict=True):
-        path = TileMove(workspace.position(*start), workspace.position(*end), t_f)
-        loop.follow(path, phase=record.IDENTIFY, radius=workspace.cell.radius)
-    return response_lead(loop.record.telemetry(first))
+    rounds: list[tuple[float, record.Telemetry]] = []
+    while not rounds or (rounds[-1][0] > 1.5 * PERIOD and len(rounds) < tries):
+        first = len(loop.record)
+        for start, end in zip(round_trip, round_trip[1:] + round_trip[:1], strict=True):
+            path = TileMove(workspace.position(*start), workspace.position(*end), t_f)
+            loop.follow(path, phase=record.IDENTIFY, radius=workspace.cell.radius)
+        telemetry = loop.record.telemetry(first)
+        rounds.append((float(np.diff(telemetry.time).max()), telemetry))
+    return response_lead(min(rounds, key=lambda one: one[0])[1])
 
 
 def approach(loop: Loop, workspace: Workspace, tile: tuple[int, int], *, pace: Pace, here: Sequence[float]) -> None:

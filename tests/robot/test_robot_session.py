@@ -10,6 +10,7 @@ from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.measure import fit_onset, measure_moves, stim_sample, timing, tip
 from hrcneuro.robot.plan import Move
+from hrcneuro.robot.safety import Supervisor
 from hrcneuro.robot.session import Pace, find_lead, go_home, run_session
 from hrcneuro.robot.trajectory import Bounds, minimum_jerk
 from hrcneuro.robot.workspace import DOWN, Workspace
@@ -34,6 +35,26 @@ def test_the_lead_is_found(make_loop, workspace, lag, lead):
     """One cycle of delay, the lag, and half a cycle for the hold of the commands."""
     loop = make_loop(lag=lag, lead=0.0)
     assert find_lead(loop, workspace) == pytest.approx(lead, abs=1e-3)
+
+
+@pytest.mark.parametrize(("uneven", "rounds"), [(0, 1), (1, 2), (5, 3)])
+def test_the_lead_is_sought_again_where_a_cycle_came_late(make_loop, workspace, uneven, rounds):
+    """A machine that is busy for a moment must not spoil the whole session."""
+    loop = make_loop(lead=0.0, supervisor=Supervisor(max_age=0.1))
+    wait, due = loop._clock.wait_until, [1.0 + 4.0 * i for i in range(uneven)]
+
+    def stumble(t):
+        wait(t)
+        if due and t > due[0]:
+            due.pop(0)
+            wait(t + 0.030)
+
+    loop._clock.wait_until = stumble
+    lead = find_lead(loop, workspace)
+    even = make_loop(lead=0.0)
+    find_lead(even, workspace)
+    assert len(loop.record) == pytest.approx(rounds * len(even.record), rel=0.05)
+    assert lead == pytest.approx(0.027, abs=1e-3 if uneven < 5 else 3e-3)
 
 
 def test_an_arm_that_does_not_move_has_no_lead(make_loop, workspace):
