@@ -157,6 +157,12 @@ def wrong_first_keys(study: Study) -> float:
     return (study.moves["key_wrong"] & (study.moves["trial"] == 0)).sum()
 
 
+def later_wrong_keys(study: Study) -> float:
+    """Return the share of wrong keys that are not their episode's first: they come in runs, in a few episodes."""
+    wrong = study.moves[study.moves["key_wrong"]]
+    return wrong.duplicated(["subject", *EPISODE]).mean()
+
+
 def _diagonal(moves: pd.DataFrame) -> pd.Series:
     return moves["target"].str.len() == 2
 
@@ -219,6 +225,11 @@ def sd_moves_per_episode(study: Study) -> float:
 def fewest_moves(study: Study) -> float:
     """Return the number of moves of the shortest episode."""
     return study.episodes["moves"].min()
+
+
+def clamped_share(study: Study) -> float:
+    """Return the share of moves that the grid's edge stopped."""
+    return study.moves["executed"].isna().mean()
 
 
 def border_share(study: Study) -> float:

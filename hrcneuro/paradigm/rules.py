@@ -101,6 +101,7 @@ def _keys() -> Iterator[Rule]:
     yield _near("free diagonals on which the human takes an error back", 0.82, 0.2, m.undo_share)
     yield _near("share of wrong keys", 0.025, 0.015, m.wrong_keys)
     yield Rule("largest share of wrong keys of a subject", 0.01, 0.09, m.most_wrong_keys)
+    yield _near("share of wrong keys that are not their episode's first", 0.66, 0.16, m.later_wrong_keys)
     yield _never("wrong keys on an episode's first move", m.wrong_first_keys)
     yield _never("iC: keys of the robot's directions", m.foreign_keys)
 
@@ -120,6 +121,7 @@ def _paths() -> Iterator[Rule]:
     yield _near("moves of an episode, mean", 13.8, 0.6, m.moves_per_episode)
     yield _near("moves of an episode, SD", 5.2, 1.0, m.sd_moves_per_episode)
     yield Rule("moves of the shortest episode", 7, 8, m.fewest_moves)
+    yield _near("share of moves that the grid's edge stops", 0.0038, 0.0016, m.clamped_share)
     yield _near("share of moves that end on the border ring", 0.095, 0.025, m.border_share)
 
 

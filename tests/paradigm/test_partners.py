@@ -51,12 +51,35 @@ def test_most_errors_are_taken_back_more_so_where_that_keeps_to_the_own_area():
     assert presses(Human(0.0, undo=0.8), north, "NW", before)["W"] == pytest.approx(1.818 / 2.818, abs=0.02)
 
 
-def test_wrong_keys_come_at_their_rate_and_are_repeated_half_of_the_time():
-    human = Human(wrong_key=0.04, repeat=0.5)
+WRONG = after("W", intended="W", error=False, wrong=True)
+
+
+def test_an_episodes_first_wrong_key_is_rare_and_later_ones_are_likelier():
+    human = Human(wrong_key=0.05, repeat=0.0, persistence=1.0, relapse=0.11)
     fresh = presses(human, EVERYWHERE, "N", after("N", error=False), n=20000)
-    assert 1 - fresh["N"] == pytest.approx(0.02, abs=0.004)
-    again = presses(human, EVERYWHERE, "N", after("W", intended="W", error=False, wrong=True))
-    assert again["W"] == pytest.approx(0.5 + 0.5 * 0.02 / 3, abs=0.03)
+    assert 1 - fresh["N"] == pytest.approx(0.05 * (0.4 + 0.6 * 0.05), abs=0.004)
+    later = presses(human, EVERYWHERE, "N", [*WRONG, *after("N", error=False)])
+    assert 1 - later["N"] == pytest.approx(0.11, abs=0.02)
+
+
+@pytest.mark.parametrize(("before", "again"), [(WRONG, 0.4), (2 * WRONG, 0.52), (5 * WRONG, 0.7)])
+def test_a_wrong_key_is_pressed_again_the_likelier_the_longer_the_run(before, again):
+    human = Human(wrong_key=0.0, repeat=0.4, persistence=4.0, relapse=0.0)
+    assert presses(human, EVERYWHERE, "N", before)["W"] == pytest.approx(again, abs=0.03)
+
+
+def test_a_run_outlasts_a_turn_at_which_its_key_was_right_but_not_another_key():
+    human = Human(wrong_key=0.0, repeat=0.4, persistence=4.0, relapse=0.0)
+    right = after("W", intended="W", error=False)
+    robots = after("S", intended="S", actor="robot", error=False)
+    assert presses(human, EVERYWHERE, "N", [*WRONG, *right, *robots])["W"] == pytest.approx(0.4, abs=0.03)
+    assert presses(human, EVERYWHERE, "N", [*WRONG, *after("N", error=False)])["N"] == 1
+
+
+def test_a_wrong_key_is_not_pressed_again_where_the_grid_ends():
+    human = Human(wrong_key=0.0, repeat=0.4, persistence=4.0, relapse=0.0)
+    at_edge = after("W", intended="W", error=False, wrong=True, tile=(3, 0))
+    assert presses(human, EVERYWHERE, "N", at_edge)["N"] == 1
 
 
 def test_the_first_key_of_an_episode_is_right():
