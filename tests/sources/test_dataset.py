@@ -160,7 +160,7 @@ def test_a_damaged_header(study, config, tmp_path):
 
 
 def test_the_log_of_another_subject(study, config, tmp_path):
-    trials = study(log_seed=6)
+    trials = study(log_seed=2)
     with pytest.raises(DataError) as caught:
         run(config, tmp_path / "out")
     text = caught.value.problem

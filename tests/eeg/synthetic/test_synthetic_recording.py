@@ -117,7 +117,7 @@ def test_parameters_load_without_numeric_libraries():
 
 
 def test_another_effect_changes_nothing_but_the_moves_that_carry_it(trials):
-    with_, without = make(trials, effect="anticipation"), make(trials, effect="none")
+    with_, without = (make(trials, seed=2, effect=effect) for effect in ("anticipation", "none"))
     difference = np.abs(with_.data_uv[:27] - without.data_uv[:27]).max(axis=0)
     touched = np.zeros(len(difference), dtype=bool)
     for onset in trials["onset_s"][with_.truth["trials"]["carries"].to_numpy()]:
