@@ -133,7 +133,8 @@ def _pairs() -> Iterator[Rule]:
     for scenario, shares in AFTER_ERROR.items():
         for case, share in shares.items():
             measure = partial(m.after_error, scenario=scenario, case=case)
-            yield _near(f"{scenario}: share of {case} that follow an error", share, 0.08, measure)
+            text = f"{scenario}: share of {case} that follow an error"
+            yield Rule(text, max(share - 0.06, 0.0), share + 0.06, measure)
 
 
 def _timing() -> Iterator[Rule]:

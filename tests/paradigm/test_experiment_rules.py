@@ -83,6 +83,16 @@ def wrong_first_key(trials):
     swap(trials, "key_wrong", (trials["trial"] == 0) & (trials["actor"] == "human"), True)
 
 
+def scattered_wrong_keys(trials):
+    keys = trials.index[(trials["actor"] == "human") & (trials["trial"] > 0)]
+    count = int(trials["key_wrong"].sum())
+    trials["key_wrong"] = trials.index.isin(keys[:: max(len(keys) // count, 1)])
+
+
+def no_edge(trials):
+    trials["executed"] = trials["executed"].where(trials["executed"].notna(), trials["intended"])
+
+
 def late_onset(trials):
     trials["onset_s"] = trials["onset_s"] * 1.1
 
@@ -105,6 +115,8 @@ def slow_arm(trials):
         (other_tile, "moves whose tile does not follow from their direction"),
         (robot_elsewhere, "free diagonals on which the robot leaves its fixed way"),
         (wrong_first_key, "wrong keys on an episode's first move"),
+        (scattered_wrong_keys, "share of wrong keys that are not their episode's first"),
+        (no_edge, "share of moves that the grid's edge stops"),
         (late_onset, "sC: onset to onset, mean (s)"),
         (same_onset, "onsets that do not come after the one before"),
         (slow_arm, "moves whose t_f is not in 0.6 … 1.2 s"),
