@@ -103,7 +103,8 @@ def _error_course(axes: Axes, done: Sequence[Done], record: Telemetry, tip: Tip)
         axes.plot(u[shown], middle, color=BLUE, lw=1.2, label="median")
         axes.plot(u[shown], np.nanmax(stack[:, shown], axis=0), color=VERMILION, lw=0.8, label="greatest")
         axes.legend(loc="upper right")
-    axes.set(title="B   distance from the reference", xlabel="time since the onset / $t_f$", ylabel="error (mm)",
+    axes.set(title=f"B   distance from the reference, {len(curves)} moves",
+             xlabel="time since the onset / $t_f$", ylabel="error (mm)",
              ylim=(0, 1.35 * axes.get_ylim()[1]))  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 from hrcneuro.errors import HardwareError
 
 NAME = "hrcneuro-moves"
+_TRIES = 5
+_AT_ONCE = 5e-5  # s
 
 
 class MarkerOutlet:
@@ -48,10 +51,15 @@ class MarkerOutlet:
                 cure="start the recorder and choose the stream, or wait longer or not at all: robot.recorder_wait_s",
             )
 
-    def send(self, text: str, age: float) -> float:
-        """Send a marker of what was ``age`` seconds ago; return the stamp that it carries, on LSL's clock, seconds."""
-        # An age, not an instant: neither the offset of two clocks nor their drift needs to be known.
-        stamp = float(self._clock()) - age
+    def send(self, text: str, age: Callable[[], float]) -> float:
+        """Send a marker of what was ``age()`` seconds ago; return its stamp, on LSL's clock, seconds."""
+        # An age, not an instant: neither the offset of two clocks nor their drift needs to be known. Where the machine
+        # turned to something else between reading the one and the other, they are read again.
+        for _ in range(_TRIES):
+            before, now, after = age(), float(self._clock()), age()
+            if after - before < _AT_ONCE:
+                break
+        stamp = now - 0.5 * (before + after)
         self._outlet.push_sample([text], timestamp=stamp)
         return stamp
 

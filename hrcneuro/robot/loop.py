@@ -25,7 +25,7 @@ _BRAKE = 4.0  # rad/s², the deceleration asked of the controller itself
 _AT_REST = 1e-3  # rad/s
 _APART = 0.125  # least distance of two cycles, in periods
 
-OnOnset = Callable[[float, int], None]
+OnOnset = Callable[[Callable[[], float], int], None]
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Loop:
             law, limits, supervisor: What computes, bounds and watches the commands.
             stop: Bounds of a controlled stop, rad and s.
             on_onset: The marker: called at the first non-zero command of every move, once that has been sent, with
-                how long ago that cycle began, seconds, and the move.
+                what tells how long ago that cycle began, seconds, and with the move.
         """
         self.lead = 0.0
         self.record = Recorder()
@@ -204,7 +204,7 @@ class Loop:
 
     def _mark(self, now: float, move: int) -> float:
         if move >= 0 and self._on_onset is not None:
-            self._on_onset(self._clock.now() - now, move)
+            self._on_onset(lambda: self._clock.now() - now, move)
         return self._clock.now()
 
     def _track(

@@ -13,7 +13,7 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.robot.cell import Cell
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from hrcneuro.robot.backend import Backend, Clock
     from hrcneuro.robot.loop import Loop, OnOnset
@@ -184,7 +184,7 @@ def _on_onset(
     if config.recorder_wait_s:
         outlet.wait(config.recorder_wait_s)
 
-    def mark(age: float, move: int) -> None:
+    def mark(age: Callable[[], float], move: int) -> None:
         stamps[move] = outlet.send(moves[move].marker(subject), age)
 
     return mark

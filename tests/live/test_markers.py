@@ -78,7 +78,7 @@ def test_every_marker_arrives_in_order_with_the_time_it_was_given(lsl):
         outlet.wait(10.0)
         texts = [f"move/trial={i}" for i in range(200)]
         before = lsl.local_clock()
-        stamps = [outlet.send(text, age=0.25) for text in texts]
+        stamps = [outlet.send(text, age=lambda: 0.25) for text in texts]
         after = lsl.local_clock()
         got = [inlet.pull_sample(timeout=10.0) for _ in texts]
         arrived = lsl.local_clock()
@@ -89,6 +89,16 @@ def test_every_marker_arrives_in_order_with_the_time_it_was_given(lsl):
         about = inlet.get_sinfo()
         assert (about.name, about.stype, about.sfreq, about.n_channels) == (NAME, "Markers", 0.0, 1)
         inlet.close_stream()
+
+
+def test_a_stall_between_two_clocks_does_not_move_the_stamp(lsl):
+    """The age is read before and after LSL's clock, and again where much time went by in between."""
+    began = lsl.local_clock()
+    lost = iter([0.0, 0.030, 0.0, 0.0, 0.0, 0.0])
+    with MarkerOutlet("test of stalls") as outlet:
+        # The second reading comes late by a stall, which the first did not see.
+        stamp = outlet.send("move", age=lambda: lsl.local_clock() - began + next(lost))
+    assert stamp == pytest.approx(began, abs=2e-4)
 
 
 def test_a_session_that_waits_for_a_recorder_says_so(lsl):

@@ -81,7 +81,7 @@ def test_a_wrong_lead_costs_millimetres(make_loop, workspace):
 def test_onset_is_the_first_command_that_is_not_zero(make_loop, workspace):
     marks = []
     telemetry, track = one_move(
-        make_loop, workspace, ((3, 3), (3, 4)), 0.9, on_onset=lambda age, move: marks.append((age, move))
+        make_loop, workspace, ((3, 3), (3, 4)), 0.9, on_onset=lambda age, move: marks.append((age(), move))
     )
     moving = np.any(telemetry.command != 0, axis=1)
     assert marks == [(0.0, 0)], "the virtual clock stands still within a cycle"
@@ -91,7 +91,7 @@ def test_onset_is_the_first_command_that_is_not_zero(make_loop, workspace):
 
 def test_a_marker_that_takes_time_is_late_by_that(make_loop, workspace):
     """The marker is told how old the onset is, and the track how late the marker has gone out."""
-    loop, ages = make_loop(on_onset=lambda age, move: late(age)), []
+    loop, ages = make_loop(on_onset=lambda age, move: late(age())), []
     clock, speed = loop._clock, loop._arm.speed
 
     def late(age):
