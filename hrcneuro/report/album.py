@@ -12,12 +12,13 @@ from pathlib import Path
 
 BUDGET = 24_000_000  # characters of base64
 _SMALL = 200_000  # bytes
+_WHITE = 250
 _MARK = re.compile(r"\{\{picture:[0-9a-f]{16}\}\}")
-# So many colours, and one of so many pixels a side; no colours: as it is.
+# So many colours, and one of so many pixels a side.
 Form = tuple[int, int]
 # Forms of the group's pictures and of the subjects', in the order in which they are given up; None: left out.
 _STEPS: tuple[tuple[Form, Form | None], ...] = (
-    ((0, 1), (128, 2)),
+    ((256, 1), (128, 2)),
     ((256, 1), (64, 2)),
     ((128, 1), (32, 3)),
     ((128, 1), None),
@@ -66,19 +67,21 @@ class Album:
 def _uri(path: Path, form: Form | None) -> str:
     if form is None:
         return _LEFT_OUT
-    colours, part = form
+    colours, apart = form
     # To open a picture takes longest: what is small already goes in as it is.
-    whole = not colours or (form == _STEPS[0][1] and path.stat().st_size < _SMALL)
-    data = path.read_bytes() if whole else _shrunk(path, colours, part)
+    whole = form in _STEPS[0] and path.stat().st_size < _SMALL
+    data = path.read_bytes() if whole else _shrunk(path, colours, apart)
     return f"data:image/png;base64,{base64.b64encode(data).decode()}"
 
 
-def _shrunk(path: Path, colours: int, part: int) -> bytes:
+def _shrunk(path: Path, colours: int, apart: int) -> bytes:
     from PIL import Image
 
     with Image.open(path) as picture:
-        image = picture.convert("RGB").reduce(part)
+        image = picture.convert("RGB").reduce(apart)
     few = image.quantize(colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    # The page is white; the paper of a figure must not stand out by a shade.
+    few.putpalette([255 if part >= _WHITE else part for part in few.getpalette() or ()])
     stream = io.BytesIO()
     few.save(stream, "PNG")
     return stream.getvalue()
