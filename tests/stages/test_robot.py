@@ -202,6 +202,10 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
         ({"t_f_range_s": (0.6,)}, "t_f_range_s"),
         ({"cell": Cell(seed_deg=(0.0,))}, "seed_deg has 1 angles"),
         ({"cell": Cell(hover=0.005)}, "cell.hover = 0.005"),
+        ({"backend": "ur"}, "needs the address"),
+        ({"backend": "ur", "host": "192.168.0.10"}, "--i-am-at-the-robot"),
+        ({"backend": "ur", "host": "127.a-robot.example"}, "--i-am-at-the-robot"),
+        ({"backend": "ros"}, "--i-am-at-the-robot"),
         ({"markers": "lsl"}, "markers = 'lsl' with backend = 'sim'"),
     ],
 )
