@@ -105,7 +105,11 @@ def report(options: Options) -> int:
     """Write the report from what has run so far."""
     found = settings(options)
     items = pipeline.Run(found, Workdir(options.workdir)).plan(pipeline.targets(found, stages.NAMES, ()))
-    written = _report(options, found, items)
+    if options.dry_run:
+        written = Workdir(options.workdir).results / "report.html"
+        console(options).say(f"would write {written}")
+    else:
+        written = _report(options, found, items)
     if options.json:
         print(json.dumps({"command": "report", "ok": True, "report": str(written)}, indent=1))
     return 0
@@ -142,8 +146,9 @@ def cache_verify(options: Options) -> int:
         if flaw:
             bad["/".join(name)] = flaw
             # A cache that cannot be written can still be judged.
-            with contextlib.suppress(HrcError):
-                workdir.cache.quarantine(*name)
+            if not options.dry_run:
+                with contextlib.suppress(HrcError):
+                    workdir.cache.quarantine(*name)
     if options.json:
         print(json.dumps({"command": "cache verify", "ok": not bad, "entries": len(entries), "bad": bad}, indent=1))
     else:

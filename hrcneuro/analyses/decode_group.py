@@ -70,18 +70,18 @@ SUBJECTS = Table(
 )
 
 
-def write(scores: pd.DataFrame, config: Any, rng: np.random.Generator, out: Path) -> dict[str, Any]:
+def write(scores: pd.DataFrame, config: Any, seed: int, out: Path) -> dict[str, Any]:
     """Write the group's artifacts into ``out`` and return the JSON summary.
 
     Args:
         scores: All subjects' scores.parquet with a column ``subject``.
         config: The stage's section.
-        rng: For sign flips of more than 16 subjects.
+        seed: For sign flips of more than 16 subjects; each row draws its own, whatever other decoders there are.
         out: The folder.
     """
     from hrcneuro.figures.decode import draw
 
-    tests, compared = test_table(scores, rng), compare_table(scores, config.decoders, rng)
+    tests, compared = test_table(scores, seed), compare_table(scores, config.decoders, seed)
     write_table(table2(scores), out / "table2.parquet", TABLE2)
     write_table(tests, out / "group_tests.parquet", TESTS)
     write_table(compared, out / "compared.parquet", COMPARED)
@@ -107,7 +107,7 @@ def table2(scores: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(TABLE2.columns))
 
 
-def test_table(scores: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
     """Return the rows of ``TESTS``; Holm's correction runs over the problems of one decoder."""
     rows = []
     for (scenario, problem, decoder), part in _groups(scores):
@@ -120,7 +120,7 @@ def test_table(scores: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
                 **dict(zip(_KEY, (scenario, problem, decoder), strict=True)),
                 "n": len(done),
                 "bacc": _mean(done["bacc"]),
-                "p": group.sign_flip_p(done["bacc"].to_numpy(dtype=float) - 50, rng),
+                "p": group.sign_flip_p(done["bacc"].to_numpy(dtype=float) - 50, _rng(seed, scenario, problem, decoder)),
                 "acc": acc,
                 "chance": chance,
                 "above_chance": bool(acc > chance) if len(done) else None,
@@ -133,7 +133,7 @@ def test_table(scores: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     return table
 
 
-def compare_table(scores: pd.DataFrame, decoders: tuple[str, ...], rng: np.random.Generator) -> pd.DataFrame:
+def compare_table(scores: pd.DataFrame, decoders: tuple[str, ...], seed: int) -> pd.DataFrame:
     """Return the rows of ``COMPARED``: each further decoder against the first, paired by subject."""
     rows = []
     for (scenario, problem), part in scores.groupby(["scenario", "problem"], sort=True):
@@ -142,6 +142,7 @@ def compare_table(scores: pd.DataFrame, decoders: tuple[str, ...], rng: np.rando
             if decoder not in table:
                 continue
             found = group.spread((table[decoder] - table[decoders[0]]).to_numpy(dtype=float))
+            rng = _rng(seed, str(scenario), str(problem), decoder, decoders[0])
             p = group.sign_flip_p((table[decoder] - table[decoders[0]]).to_numpy(dtype=float), rng, two_sided=True)
             rows.append((scenario, problem, decoder, decoders[0], found.n, found.mean, found.sd, p))
     table = pd.DataFrame(rows, columns=[name for name in COMPARED.columns if name != "p_holm"])
@@ -164,6 +165,10 @@ def _summary(scores: pd.DataFrame, tests: pd.DataFrame, decoder: str) -> dict[st
     if lost:
         found["warnings"] = [f"not computed, so left out of the group: {', '.join(lost)}"]
     return found
+
+
+def _rng(seed: int, *names: str) -> np.random.Generator:
+    return np.random.default_rng([seed, *"\0".join(names).encode()])
 
 
 def _groups(scores: pd.DataFrame) -> Any:

@@ -122,7 +122,10 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
             notes.append(f"matched retraining not computed: it needs {scheme.n_folds} trials a class after no error")
     missing = [cue for cue in CUES if cue not in trials.cues]
     if missing:
-        notes.append(f"no strata, matched trials or label-free baseline of {' and '.join(missing)}: no such column")
+        notes.append(
+            f"no strata, matched trials or label-free baseline of {' and '.join(missing)}: no such column, or trials "
+            "without a value in it"
+        )
     return Plan(shuffled, blockwise, matched, tuple(fallbacks), tuple(notes), seed)
 
 

@@ -32,13 +32,14 @@ def sphere_centre(positions: np.ndarray) -> np.ndarray:
     return solution[:3] if rank == 4 else np.zeros(3)
 
 
-def weights(good: np.ndarray, bad: np.ndarray, *, method: str) -> np.ndarray:
+def weights(good: np.ndarray, bad: np.ndarray, *, method: str, smoothing: float = _PERRIN_LAMBDA) -> np.ndarray:
     """Return the matrix that makes the bad channels from the good ones, shape (bad, good).
 
     Args:
         good: Positions of the good channels, (n, 3), around the sphere's centre.
         bad: Positions of the bad channels, (m, 3).
         method: ``eeglab`` or ``perrin``.
+        smoothing: λ of Perrin's splines; the default is MNE's. The smaller, the nearer they pass by the good channels.
 
     Raises:
         ValueError: The method is unknown.
@@ -47,7 +48,7 @@ def weights(good: np.ndarray, bad: np.ndarray, *, method: str) -> np.ndarray:
         raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
     good = good / np.linalg.norm(good, axis=1, keepdims=True)
     bad = bad / np.linalg.norm(bad, axis=1, keepdims=True)
-    return _eeglab(good, bad) if method == "eeglab" else _perrin(good, bad)
+    return _eeglab(good, bad) if method == "eeglab" else _perrin(good, bad, smoothing)
 
 
 def apply(data: np.ndarray, bad: np.ndarray, good: np.ndarray, matrix: np.ndarray) -> np.ndarray:
@@ -78,11 +79,11 @@ def _eeglab(good: np.ndarray, bad: np.ndarray) -> np.ndarray:
     return _spline(1 - _chords(bad, good), _EEGLAB_TERMS) @ inverse[:, :n] @ centring + 1 / n
 
 
-def _perrin(good: np.ndarray, bad: np.ndarray) -> np.ndarray:
-    """Weights of Perrin et al. 1989 (doi:10.1016/0013-4694(89)90180-6) with MNE's slight smoothing."""
+def _perrin(good: np.ndarray, bad: np.ndarray, smoothing: float) -> np.ndarray:
+    """Weights of Perrin et al. 1989 (doi:10.1016/0013-4694(89)90180-6)."""
     n = len(good)
     system = np.ones((n + 1, n + 1))
-    system[:n, :n] = _spline(good @ good.T, _PERRIN_TERMS) + _PERRIN_LAMBDA * np.eye(n)
+    system[:n, :n] = _spline(good @ good.T, _PERRIN_TERMS) + smoothing * np.eye(n)
     system[n, n] = 0
     target = np.column_stack([_spline(bad @ good.T, _PERRIN_TERMS), np.ones(len(bad))])
     return (target @ np.linalg.pinv(system))[:, :n]

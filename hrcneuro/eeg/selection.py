@@ -15,6 +15,9 @@ from hrcneuro.errors import ConfigError, did_you_mean
 if TYPE_CHECKING:
     import mne
 
+FLAGS = frozenset({"practice", "error", "key_wrong", "prev_error", "turn"})
+"""The trial table's columns of true and false, which a query may negate even where a study does not have them."""
+
 ALL = "all"
 """The scenario that holds every trial."""
 
@@ -158,13 +161,16 @@ def nearest_channel(wanted: str, names: Iterable[str]) -> str:
 
 def _with_booleans(trials: pd.DataFrame) -> pd.DataFrame:
     # A column of true, false and missing has the type object, on which "not" fails; missing counts as false.
-    # A column without any value may stand for either kind; as False it equals no string and can be negated.
-    flags = [
-        name
+    # A column without any value is nowhere equal to, above or below anything, so that no query on it selects a trial.
+    empty = {str(name) for name, column in trials.items() if column.isna().all()}
+    flags = {
+        str(name)
         for name, column in trials.items()
-        if column.isna().all() or (column.dtype == object and all(isinstance(v, bool) for v in column.dropna()))
-    ]
-    return trials.assign(**{str(n): trials[n].map(lambda v: v is True or v is np.True_).astype(bool) for n in flags})
+        if column.dtype == object and str(name) not in empty and all(isinstance(v, bool) for v in column.dropna())
+    }
+    flags |= empty & FLAGS
+    told = {name: trials[name].map(lambda v: v is True or v is np.True_).astype(bool) for name in flags}
+    return trials.assign(**told, **dict.fromkeys(empty - FLAGS, np.nan))
 
 
 def _matching(table: pd.DataFrame, name: str, query: str) -> NDArray[np.bool_]:

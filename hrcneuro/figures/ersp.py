@@ -66,18 +66,23 @@ class Drawing:
         ]
         self._draw(rows, path, unit="%", note=f"{unit}; mean magnitude over its mean in time")
 
-    def group(self, tested: Sequence[Tested], path: Path, *, n: int, test: str) -> None:
-        """Draw tested contrasts over subjects; nothing where there is none."""
+    def group(self, tested: Sequence[Tested], path: Path, *, test: str) -> None:
+        """Draw tested contrasts over subjects, each with its number of subjects; nothing where there is none."""
         rows = [
             Row(
-                t.name if t.scenario == ALL else f"{t.scenario}: {t.name}",
+                f"{t.name if t.scenario == ALL else f'{t.scenario}: {t.name}'}, n = {t.result.n}",
                 t.result.difference,
                 None if t.result.test is None else t.result.test.significant,
             )
             for t in tested
         ]
         if rows:
-            self._draw(rows, path, unit="µV", note=f"n = {n}; full colour: {test}" if n > 1 else test)
+            self._draw(
+                rows,
+                path,
+                unit="µV",
+                note=f"full colour: {test}" if any(t.result.test is not None for t in tested) else test,
+            )
 
     def _draw(self, rows: Sequence[Row], path: Path, *, unit: str, note: str) -> None:
         picked = [list(self.axes["channel"]).index(name) for name in self.shown]

@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 FEWEST = 4
 _PIXELS = 72  # across a map, before smoothing
 _CENTRES = (np.arange(_PIXELS) + 0.5) / _PIXELS * 2 - 1
+# A map shows what was measured: MNE's 1e-5, made for bad channels, would leave one electrode half of its own value.
+_SMOOTHING = 1e-8
 _LEVELS = (-0.6, -0.2, 0.2, 0.6)  # contour lines, as shares of the colours' limit
 # Straight below the vertex an angle has no direction any more; no electrode lies there.
 _LOWEST = 0.95 * np.pi
@@ -65,7 +67,7 @@ class Scalp:
         electrodes = _from_above(at)
         radius = max(1.0, 1.03 * float(np.linalg.norm(electrodes, axis=1).max()))
         pixels = np.stack(np.meshgrid(_CENTRES, _CENTRES), axis=-1).reshape(-1, 2)
-        matrix = interpolation.weights(at, _onto_sphere(pixels * radius), method="perrin")
+        matrix = interpolation.weights(at, _onto_sphere(pixels * radius), method="perrin", smoothing=_SMOOTHING)
         return cls(known, electrodes / radius, matrix)
 
     def image(self, values: Floats) -> Floats:

@@ -50,6 +50,16 @@ def read_raw(path: Path, *, preload: bool = False) -> mne.io.BaseRaw:
     return raw
 
 
+def read_samples(raw: mne.io.BaseRaw, picks: Sequence[int], scale: float = 1.0) -> NDArray[np.float64]:
+    """Return the samples of a recording that :func:`read_raw` gave: ``scale * raw.get_data(picks)``.
+
+    Raises:
+        DataError: The file is truncated.
+    """
+    with _named(Path(raw.filenames[0])):
+        return samples.of_raw(raw, picks, scale)
+
+
 def write_epochs(epochs: mne.BaseEpochs, path: Path) -> None:
     """Write epochs in single precision (volts), with the file's identity blanked."""
     with _quiet():

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LIBS = ("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann", "matplotlib")
 
-INPUTS: Patterns = {"epoch": ("*_epo.fif",)}
+INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
 GROUP_INPUTS: Patterns = {"decode": ("scores.parquet",)}
 
 FIGURES = {
@@ -129,7 +129,6 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Put the subjects together: Table 2 beside the published one, tests, and a figure."""
-    import numpy as np
     import pandas as pd
 
     from hrcneuro.analyses import decode_group
@@ -142,7 +141,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         ],
         ignore_index=True,
     )
-    return decode_group.write(scores, config, np.random.default_rng([config.seed, *b"group"]), out)
+    return decode_group.write(scores, config, config.seed, out)
 
 
 def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:

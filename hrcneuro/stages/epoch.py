@@ -50,8 +50,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         DataError: The trials do not fit the recording, there is no trial to cut, or no epoch is good.
     """
     from hrcneuro.eeg.epochs import Window, candidates, cut, judge, tally
-    from hrcneuro.io import samples
-    from hrcneuro.io.fif import read_raw, write_epochs
+    from hrcneuro.io.fif import read_raw, read_samples, write_epochs
     from hrcneuro.io.tables import read_table, write_table
 
     trials = candidates(read_table(inputs.path("acquire", "trials.parquet"))).reset_index(drop=True)
@@ -61,7 +60,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             cure="look at the events: hrcneuro acquire SUBJECT --inspect",
         )
     raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
-    data, ratio = samples.of_raw(raw, range(len(raw.ch_names))), _ratio(inputs, raw)
+    data, ratio = read_samples(raw, range(len(raw.ch_names))), _ratio(inputs, raw)
     window = Window.of(ratio.sfreq, config.tmin, config.tmax)
     onsets = _onsets(trials, ratio)
     breaks, marked = _obstacles(raw, ratio)

@@ -115,13 +115,12 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     shown, missing = _figure_channels(config, axes["channel"])
     drawing = ersp_figures.Drawing(axes, shown, gap)
     test = group_contrasts.named_test(config, subjects=len(averages))
-    drawing.group([t for t in tested if t.scenario == ALL], out / "ersp.png", n=len(averages), test=test)
+    drawing.group([t for t in tested if t.scenario == ALL], out / "ersp.png", test=test)
     apart = [t for t in tested if t.scenario != ALL]
     order = list(config.contrasts)
     drawing.group(
         sorted(apart, key=lambda t: (order.index(t.name), t.scenario)),
         out / "ersp_scenarios.png",
-        n=len(averages),
         test=test,
     )
     labels = {"channel": axes["channel"], "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
@@ -129,7 +128,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     strata = _read_strata(inputs, axes["channel"])
     within = list(group_contrasts.over_subjects(strata, config, adjacency))
     contrast_tables.write_tested(within, axes, out / "ersp_strata.parquet", contrast_tables.ERSP_STRATA)
-    drawing.group(group_contrasts.held_by_half(within, len(strata)), out / "ersp_strata.png", n=len(strata), test=test)
+    drawing.group(group_contrasts.held_by_half(within, len(averages)), out / "ersp_strata.png", test=test)
     return summary | {"strata": contrast_strata.summary(within, labels), "warnings": summary["warnings"] + missing}
 
 

@@ -107,7 +107,7 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
 
     from hrcneuro.eeg.breaks import borders
     from hrcneuro.eeg.cleaning import Signals
-    from hrcneuro.io import samples
+    from hrcneuro.io.fif import read_samples
 
     eeg = list(mne.pick_types(raw.info, eeg=True, exclude=()))
     eog = list(mne.pick_types(raw.info, eog=True, exclude=()))
@@ -116,7 +116,7 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             f"the recording has no EEG channel; its channels are {', '.join(raw.ch_names)}",
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
-    data = samples.of_raw(raw, [*eeg, *eog], 1e6)
+    data = read_samples(raw, [*eeg, *eog], 1e6)
     found = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
     found[~np.any(found != 0, axis=1)] = np.nan
     return Signals(

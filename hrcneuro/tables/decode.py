@@ -123,6 +123,7 @@ class Place:
             *self.plan.fallbacks,
             *self.plan.notes,
             *([] if permuted else ["p not computed: this decoder is too slow to permute"]),
+            *(["p not computed: decode.permutations = 0"] if permuted and not np.isfinite(found.p) else []),
         ]
         few = [f"{s.cue} {'yes' if s.value else 'no'} ({s.n1}/{s.n2})" for s in found.strata if not np.isfinite(s.bacc)]
         notes += [f"strata with too few trials: {', '.join(few)}"] if few else []

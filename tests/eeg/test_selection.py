@@ -117,3 +117,11 @@ def test_a_column_without_two_values_is_no_stratification(values):
     table = pd.DataFrame({"scenario": "x", "case": list("ABAB"), "turn": values})
     assert strata_of(table) == []
     assert strata_of(table, columns=("mood",)) == []
+
+
+@pytest.mark.parametrize("query", ["t_f_s < 0.9", "row == 0", "block <= 6", "block < 7 and not error", "kind == 'a'"])
+def test_a_column_without_any_value_selects_no_trial(query):
+    table = pd.DataFrame(
+        {"event": ["a"] * 4, "t_f_s": [None] * 4, "row": np.nan, "block": None, "kind": None, "error": False}
+    )
+    assert cells(table, {"some": query})[0].n == 0

@@ -41,10 +41,12 @@ def test_the_view_from_above_and_back():
 
 
 def test_a_map_has_the_electrodes_values(positions):
-    scalp, values = Scalp.of(positions), smooth(positions)
-    image = scalp.image(values)
+    scalp = Scalp.of(positions)
     column, row = np.abs(topomap._CENTRES[:, None, None] - scalp.electrodes).argmin(axis=0).T
-    assert np.abs(image[row, column] - values).max() < 0.05 * np.ptp(values)
+    for values in (smooth(positions), *np.eye(len(positions))):  # broad hills, and each electrode alone
+        error = np.abs(scalp.image(values)[row, column] - values)
+        # A pixel's centre lies up to 2 % of the head beside its electrode.
+        assert error.max() < 0.15 * np.ptp(values)
     assert np.linalg.norm(scalp.electrodes, axis=1).max() < 1
 
 

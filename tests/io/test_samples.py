@@ -6,7 +6,7 @@ import pytest
 
 from hrcneuro.errors import DataError
 from hrcneuro.io import samples
-from hrcneuro.io.fif import read_eeg_epochs, read_epochs, read_raw, write_epochs, write_raw
+from hrcneuro.io.fif import read_eeg_epochs, read_epochs, read_raw, read_samples, write_epochs, write_raw
 
 NAMES = ["Fz", "Cz", "EOG1", "Pz"]
 
@@ -82,3 +82,14 @@ def test_a_truncated_file_is_named(tmp_path, info):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(DataError, match=r"s01_epo\.fif cannot be read"):
         read_eeg_epochs(path)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.95])
+def test_a_recording_that_was_cut_later_is_named(tmp_path, info, share):
+    path = tmp_path / "s01_raw.fif"
+    data = np.random.default_rng(2).standard_normal((4, 40_000)) * 1e-5
+    write_raw(mne.io.RawArray(data, info, verbose="error"), path)
+    raw = read_raw(path)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(DataError, match=r"s01_raw\.fif cannot be read"):
+        read_samples(raw, range(4))

@@ -202,3 +202,11 @@ def test_status_names_the_parameter_and_says_fresh(hrcneuro, smoke):
     done = hrcneuro("status", *given, "--set", "preprocess.l_freq=0.5")
     assert "params: preprocess.l_freq 1.0 -> 0.5" in done.out
     assert "stale" in done.out
+
+
+def test_a_dry_run_writes_nothing(hrcneuro, tmp_path):
+    assert "would write" in hrcneuro("report", "--dry-run", "--workdir", str(tmp_path)).err
+    damaged = tmp_path / "cache" / "acquire" / "s01" / ("0" * 16)
+    damaged.mkdir(parents=True)
+    assert hrcneuro("cache", "verify", "--dry-run", "--workdir", str(tmp_path)).code == 3
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["0" * 16, "acquire", "cache", "s01"]
