@@ -38,14 +38,37 @@ def test_a_session_runs_first_and_gives_that_back():
     assert during == (os.SCHED_FIFO, 20)
 
 
-def test_without_the_right_it_asks_for_less(monkeypatch):
+@pytest.fixture
+def refused(monkeypatch):
     def refuse(*_):
         raise PermissionError
 
-    asked = []
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
+
+
+def test_without_the_right_it_asks_for_less_and_gives_that_back(refused, monkeypatch):
+    asked = []
     monkeypatch.setattr(os, "setpriority", lambda *given: asked.append(given))
+    before = os.getpriority(os.PRIO_PROCESS, 0)
     clock = WallClock()
     clock.hurry()
-    clock.relax()
     assert asked == [(os.PRIO_PROCESS, 0, -15)]
+    clock.relax()
+    clock.relax()
+    assert asked[1:] == [(os.PRIO_PROCESS, 0, before)]
+
+
+def test_the_nice_value_is_as_before(refused):
+    def work():
+        values = [os.getpriority(os.PRIO_PROCESS, 0)]
+        clock = WallClock()
+        clock.hurry()
+        values.append(os.getpriority(os.PRIO_PROCESS, 0))
+        clock.relax()
+        return [*values, os.getpriority(os.PRIO_PROCESS, 0)]
+
+    before, during, after = in_thread(work)
+    assert before == after
+    if during == before:
+        pytest.skip("no right to a higher priority on this machine")
+    assert during == -15

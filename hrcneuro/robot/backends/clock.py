@@ -14,6 +14,7 @@ class WallClock:
 
     def __init__(self) -> None:
         self._before: tuple[int, os.sched_param] | None = None
+        self._nice: int | None = None
 
     def hurry(self) -> None:
         """Have this thread, and what it starts from now on, run before the machine's other work, where that is allowed.
@@ -27,13 +28,18 @@ class WallClock:
             self._before = before
         except (OSError, AttributeError):
             with contextlib.suppress(OSError):
+                nice = os.getpriority(os.PRIO_PROCESS, 0)
                 os.setpriority(os.PRIO_PROCESS, 0, -15)
+                self._nice = nice
 
     def relax(self) -> None:
         """Let this thread run as it did before :meth:`hurry`."""
         if self._before is not None:
             os.sched_setscheduler(0, *self._before)
             self._before = None
+        if self._nice is not None:
+            os.setpriority(os.PRIO_PROCESS, 0, self._nice)
+            self._nice = None
 
     def now(self) -> float:
         """Return the time, seconds."""
