@@ -186,8 +186,11 @@ class Loop:
             qd = [v + gain * e for v, e in zip(ahead, error, strict=True)]
             self._send(now, state, qd, record.HOME, -1, _NOWHERE)
 
-    def halt(self) -> None:
-        """Bring the arm to rest within the stop's bounds; a trip on the way leaves the rest to the controller."""
+    def halt(self) -> bool:
+        """Bring the arm to rest within the stop's bounds; a trip on the way leaves the rest to the controller.
+
+        Returns whether the arm was seen at rest.
+        """
         self._stopped = True
         jump = [(a - b) / PERIOD for a, b in zip(self._last, self._before, strict=True)]
         stop = Stop(self._last, self._stop_bounds, qdd=jump)
@@ -200,7 +203,7 @@ class Loop:
                 break
             t += PERIOD
             self._send(now, state, stop.at(t), record.STOP, -1, _NOWHERE)
-        self._watch_rest()
+        return self._watch_rest()
 
     def _mark(self, now: float, move: int) -> float:
         if move >= 0 and self._on_onset is not None:
@@ -254,20 +257,28 @@ class Loop:
             self._arm.stop(_BRAKE)
         self._last = self._before = _ZERO
         self._note(now, record.STOP, -1, state, 0, _NOWHERE)
-        self._watch_rest()
-        raise Stopped(f"{trip.problem}; the arm was stopped", cure=trip.cure)
+        raise _stopped(trip.problem, trip.cure, rests=self._watch_rest())
 
     def _fail(self, problem: str, cure: str) -> None:
         self.stops += 1
-        self.halt()
-        raise Stopped(f"{problem}; the arm was stopped", cure=cure)
+        raise _stopped(problem, cure, rests=self.halt())
 
-    def _watch_rest(self) -> None:
-        # At most a second: an arm that tells nothing cannot be waited for.
+    def _watch_rest(self) -> bool:
+        # Whether the arm was seen at rest. At most a second: an arm that tells nothing cannot be waited for.
         self._last = self._before = _ZERO
         for _ in range(125):
             self._clock.wait_until(self._next)
             now, state = self._tick()
             self._note(now, record.STOP, -1, state, 0, _NOWHERE)
             if max(abs(v) for v in state.qd) < _AT_REST and now - state.stamp < 2 * PERIOD:
-                return
+                return True
+        return False
+
+
+def _stopped(problem: str, cure: str, *, rests: bool) -> Stopped:
+    if rests:
+        return Stopped(f"{problem}; the arm was stopped", cure=cure)
+    return Stopped(
+        f"{problem}; the arm was told to stop, but was not seen at rest: it may be moving",
+        cure=f"press the emergency stop; {cure}",
+    )

@@ -184,6 +184,32 @@ def test_every_fault_ends_in_a_stop_with_a_cure(make_loop, workspace, fault, wor
         assert telemetry.time[-1] < 0.3 + 0.4
 
 
+@pytest.mark.parametrize(("until", "known"), [(0.6, True), (float("inf"), False)])
+def test_that_the_arm_was_stopped_is_said_only_where_it_was_seen(make_loop, workspace, until, known):
+    loop = make_loop(faults=(Fault("silence", 0.3, until),))
+    path = TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.6)
+    with pytest.raises(Stopped, match="packet is 24 ms old") as caught, loop:
+        loop.follow(path, phase=record.MOVE, move=0)
+    assert ("; the arm was stopped" in str(caught.value)) == known
+    assert ("not seen at rest" in str(caught.value)) != known
+    assert caught.value.cure.startswith("press the emergency stop; ") != known
+
+
+def test_an_arm_that_does_not_obey_is_not_called_stopped(make_loop, workspace):
+    loop = make_loop()
+    state, speed = loop._arm.state, loop._arm.speed
+    loop._arm.speed = lambda qd: None
+
+    def runaway():
+        speed([0.0, 0.0, 0.0, 0.0, 0.0, 0.2])
+        return state()
+
+    loop._arm.state = runaway
+    with pytest.raises(Stopped, match="mm from its goal .* was not seen at rest: it may be moving") as caught:
+        loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.6), phase=record.MOVE, move=0)
+    assert caught.value.cure.startswith("press the emergency stop; see that")
+
+
 def test_a_short_silence_does_not_stop(make_loop, workspace):
     _, track = one_move(make_loop, workspace, ((3, 3), (4, 3)), 0.9, faults=(Fault("silence", 0.3, 0.312),))
     assert track.end < 1.2
