@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, pi, radians, sqrt
+from copy import copy
+from math import ceil, isfinite, pi, radians, sqrt
 
 from hrcneuro.robot.backend import PERIOD
 from hrcneuro.robot.tracking import tip
+from hrcneuro.robot.trajectory import Bounds
 
 Vector = Sequence[float]
 
@@ -17,6 +19,10 @@ MAX_ANGLE = 2 * pi
 # Bits of the ``limits`` column of the telemetry.
 SPEED, ACCELERATION, RANGE, BOX, INVALID = 1, 2, 4, 8, 16
 FATAL = BOX | INVALID
+
+# The tip's way into a stop is looked at whenever the joints have turned by this together, radians: between two looks
+# it bends by R·0.05²/8, 0.4 mm at the arm's full reach.
+_ARC = 0.05
 
 
 class Limits:
@@ -31,6 +37,7 @@ class Limits:
         speed: Vector = MAX_SPEED,
         angle: float = MAX_ANGLE,
         reaction: float = 0.04,
+        stop: Bounds | None = None,
     ) -> None:
         """Fix the limits.
 
@@ -41,6 +48,8 @@ class Limits:
             speed: Of each joint, six, rad/s.
             angle: Joints stay within ± this, radians.
             reaction: Time that passes before a stop takes effect, seconds: delay and lag of the arm.
+            stop: Of the stop that would follow, rad and s; the loop puts its own here. By default at ``acceleration``
+                at once.
         """
         self.acceleration = acceleration
         self.step = acceleration * PERIOD
@@ -49,6 +58,13 @@ class Limits:
         self.tool = tool
         self.reaction = reaction
         (self._x0, self._y0, self._z0), (self._x1, self._y1, self._z1) = box
+        self._stop_for(stop or Bounds(max(speed), acceleration, float("inf")))
+
+    def stopping(self, stop: Bounds) -> Limits:
+        """Return these limits for a loop whose controlled stops have the bounds ``stop`` (rad and s)."""
+        limits = copy(self)
+        limits._stop_for(stop)
+        return limits
 
     def __call__(self, q: Vector, qd: list[float], last: Vector) -> tuple[list[float], int]:
         """Return the command that may leave, six, rad/s, and the limits it met as bits.
@@ -66,30 +82,47 @@ class Limits:
             if asked * share > most or -asked * share > most:
                 share = most / abs(asked)
                 met = SPEED
-        fastest = 0.0
         for angle, asked in zip(q, qd, strict=True):
             size = abs(asked)
-            fastest = size if size > fastest else fastest
             # Only the end of the range that the joint moves to matters; what is left must suffice to brake.
             left = self.angle - (angle if asked > 0.0 else -angle)
-            if left < 1.0 and size * share > (most := self._brakeable(left)):
+            if left < self._near and size * share > (most := self._brakeable(left)):
                 share = most / size
                 met |= RANGE
         if met:
             qd = [share * v for v in qd]
         qd, held = self._towards(qd, last)
-        # The tip after reaction and braking, if this command were followed by a stop.
-        ahead = self.reaction + 0.5 * fastest / self.acceleration
-        x, y, z = tip([a + ahead * v for a, v in zip(q, qd, strict=True)], self.tool)
-        if not (self._x0 <= x <= self._x1 and self._y0 <= y <= self._y1 and self._z0 <= z <= self._z1):
+        if not self._stays_inside(q, qd):
             return self._towards([0.0] * 6, last)[0], met | held | BOX
         return qd, met | held
 
+    def _stop_for(self, stop: Bounds) -> None:
+        self._a, self._j = stop.acceleration, stop.jerk
+        # Near a range's end the command itself brakes, but a stop may come while it does: four fifths of the milder. At
+        # twice the reaction it creeps up without overshoot: speed over angle left is then less than 1/(e·reaction).
+        self._mild = 0.8 * min(self.acceleration, stop.acceleration)
+        self._lost = self._mild * (2.0 * self.reaction + 0.5 * stop.acceleration / stop.jerk)
+        most = max(self.speed)
+        self._near = most * (self._lost + 0.5 * most) / self._mild
+
+    def _stays_inside(self, q: Vector, qd: Vector) -> bool:
+        # The tip's way through reaction and braking, if this command were followed by a stop. A stop from v takes
+        # v/a + a/j, or 2·√(v/j) where it never comes to brake at a, and half of that at v is its distance.
+        fastest = max(max(qd), -min(qd))
+        a, j = self._a, self._j
+        braking = fastest / a + a / j if fastest * j >= a * a else 2.0 * sqrt(fastest / j)
+        ahead = self.reaction + 0.5 * braking
+        looks = ceil(ahead * sum(map(abs, qd)) / _ARC) or 1
+        for look in range(looks, 0, -1):
+            t = ahead * look / looks
+            x, y, z = tip([angle + t * v for angle, v in zip(q, qd, strict=True)], self.tool)
+            if not (self._x0 <= x <= self._x1 and self._y0 <= y <= self._y1 and self._z0 <= z <= self._z1):
+                return False
+        return True
+
     def _brakeable(self, left: float) -> float:
-        # The speed v from which a joint stops within ``left``: v·reaction + v²/2a, at four fifths of the acceleration.
-        a = 0.8 * self.acceleration
-        lost = a * self.reaction
-        return max(sqrt(max(lost * lost + 2.0 * a * left, 0.0)) - lost, 0.0)
+        # The speed v from which a joint stops within ``left``: v·(2·reaction + a/2j) + v²/2a.
+        return max(sqrt(max(self._lost * self._lost + 2.0 * self._mild * left, 0.0)) - self._lost, 0.0)
 
     def _towards(self, qd: list[float], last: Vector) -> tuple[list[float], int]:
         # The whole change is scaled, not its largest part, so that the joints stay in step.

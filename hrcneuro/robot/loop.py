@@ -61,7 +61,7 @@ class Loop:
             arm: The backend.
             clock: Its time decides when a cycle begins.
             law, limits, supervisor: What computes, bounds and watches the commands.
-            stop: Bounds of a controlled stop, rad and s.
+            stop: Bounds of a controlled stop, rad and s; the limits look ahead by it.
             on_onset: The marker: called at the first non-zero command of every move, once that has been sent, with
                 what tells how long ago that cycle began, seconds, and with the move.
         """
@@ -69,7 +69,7 @@ class Loop:
         self.record = Recorder()
         self.stops = 0
         self._arm, self._clock = arm, clock
-        self._law, self._limits, self._supervisor = law, limits, supervisor
+        self._law, self._limits, self._supervisor = law, limits.stopping(stop), supervisor
         self._stop_bounds, self._on_onset = stop, on_onset
         self._zero = self._next = clock.now()
         self._last: list[float] = _ZERO
@@ -192,8 +192,10 @@ class Loop:
         Returns whether the arm was seen at rest.
         """
         self._stopped = True
-        jump = [(a - b) / PERIOD for a, b in zip(self._last, self._before, strict=True)]
-        stop = Stop(self._last, self._stop_bounds, qdd=jump)
+        # Planned for the fastest joint; the others keep in proportion, so that the arm keeps the way that the limits
+        # looked along.
+        way, fastest = self._last, max(map(abs, self._last))
+        stop = Stop([fastest], self._stop_bounds, qdd=[-self._braking(fastest)])
         t = 0.0
         while t < stop.duration + PERIOD and any(self._last):
             self._clock.wait_until(self._next)
@@ -202,8 +204,18 @@ class Loop:
                 self._arm.stop(_BRAKE)
                 break
             t += PERIOD
-            self._send(now, state, stop.at(t), record.STOP, -1, _NOWHERE)
+            share = stop.at(t)[0] / fastest
+            self._send(now, state, [share * v for v in way], record.STOP, -1, _NOWHERE)
         return self._watch_rest()
+
+    def _braking(self, fastest: float) -> float:
+        # The deceleration of the fastest joint that the stop goes on from. Speeding up ends at once, and braking is not
+        # taken over beyond what leads to rest without turning back (a² = 2jv): with a low jerk, either goes far.
+        along = sum((b - a) * a for a, b in zip(self._last, self._before, strict=True))
+        size = sum(a * a for a in self._last)
+        braking = fastest * along / size / PERIOD if size else 0.0
+        bounds = self._stop_bounds
+        return min(max(braking, 0.0), bounds.acceleration, sqrt(2.0 * bounds.jerk * fastest))
 
     def _mark(self, now: float, move: int) -> float:
         if move >= 0 and self._on_onset is not None:

@@ -5,11 +5,12 @@ import pytest
 
 from hrcneuro.robot import record
 from hrcneuro.robot.backend import PERIOD, Stopped
-from hrcneuro.robot.kinematics import forward
+from hrcneuro.robot.kinematics import forward, inverse
 from hrcneuro.robot.measure import tip
 from hrcneuro.robot.safety import Supervisor
 from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
 from hrcneuro.robot.trajectory import BoundedPath, Bounds, TileMove
+from hrcneuro.robot.workspace import pose
 
 TILES = list(itertools.product(range(7), range(7)))
 WAYS = [((r, c), (r + dr, c + dc)) for r, c in TILES for dr, dc in ((0, 1), (1, 0)) if r + dr < 7 and c + dc < 7]
@@ -205,7 +206,7 @@ def test_an_arm_that_does_not_obey_is_not_called_stopped(make_loop, workspace):
         return state()
 
     loop._arm.state = runaway
-    with pytest.raises(Stopped, match="mm from its goal .* was not seen at rest: it may be moving") as caught:
+    with pytest.raises(Stopped, match=r"mm from its goal .* was not seen at rest: it may be moving") as caught:
         loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.6), phase=record.MOVE, move=0)
     assert caught.value.cure.startswith("press the emergency stop; see that")
 
@@ -244,6 +245,94 @@ def test_a_path_out_of_the_box_stops_inside_it(make_loop, workspace):
         loop.follow(TileMove(start, start - (0, 0, 0.05), 1.0), phase=record.MOVE, move=0)
     assert "robot.cell" in caught.value.cure
     assert forward(np.array(loop.record.telemetry().q), tool=0.1)[:, 2, 3].min() >= workspace.box[0][2]
+
+
+STOPS = [Bounds(4.0, 8.0, 200.0), Bounds(4.0, 1.0, 200.0), Bounds(4.0, 8.0, 5.0), Bounds(4.0, 0.5, 5.0)]
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=lambda b: f"{b.acceleration:g}-{b.jerk:g}")
+@pytest.mark.parametrize(
+    "way", [(0.5, 0.0, 0.0), (-0.9, 0.0, 0.0), (0.0, 0.6, 0.0), (0.0, 0.0, -0.3), (0.0, 0.0, 0.6), (0.5, 0.5, -0.1)]
+)
+def test_no_stop_leaves_the_box(make_loop, workspace, way, stop):
+    """The loop's own stop is what the limits look ahead by, however mild it is."""
+    low, high = np.array(workspace.box)
+    start = np.array(workspace.position(3, 3)) + (0, 0, 0.05)
+    loop = make_loop(inverse(pose(start), workspace.reach.q[3, 3], tool=0.1), stop=stop)
+    with pytest.raises(Stopped, match="keep-inside box"), loop:
+        loop.follow(TileMove(start, start + way, 1.0), phase=record.MOVE, move=0)
+    at = tip(loop.record.telemetry(), tool=0.1).position
+    assert (at >= low).all()
+    assert (at <= high).all()
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=lambda b: f"{b.acceleration:g}-{b.jerk:g}")
+def test_the_box_is_never_left_whatever_is_asked(make_loop, workspace, stop):
+    """A hostile law: random joint speeds for up to a second, then an error in the midst of it."""
+    rng = np.random.default_rng(1)
+    low, high = np.array(workspace.box)
+    start = workspace.position(3, 3)
+    for _ in range(12):
+        asked, until = rng.uniform(-3, 3, 6).tolist(), rng.uniform(0.05, 1.0)
+
+        clock = VirtualClock()
+
+        def law(q, at, v, asked=asked, until=until, clock=clock):
+            if clock.now() > until:
+                raise KeyboardInterrupt
+            return list(asked), 1.0, 0.0, 0.0
+
+        loop = make_loop(workspace.reach.q[rng.integers(7), rng.integers(7)], law=law, clock=clock, stop=stop)
+        with pytest.raises((Stopped, KeyboardInterrupt)), loop:
+            loop.follow(TileMove(start, start, 2.0), phase=record.MOVE)
+        telemetry = loop.record.telemetry()
+        at = tip(telemetry, tool=0.1).position
+        assert (at >= low).all()
+        assert (at <= high).all()
+        assert np.abs(telemetry.qd[-1]).max() < 1e-3
+
+
+def test_a_mild_stop_never_speeds_up_or_turns_back(make_loop, workspace):
+    """With a jerk of 5 rad/s³, an acceleration gone on with would carry the arm to several rad/s."""
+    loop = make_loop(stop=Bounds(4.0, 8.0, 5.0))
+    speeds = [0.3 * min(k, 4) / 4 for k in range(8)]
+    for before, last in ((speeds[3], speeds[4]), (speeds[4], speeds[3])):
+        loop._before, loop._last = [before] * 6, [last] * 6
+        first = len(loop.record)
+        loop.halt()
+        sent = loop.record.telemetry().command[first:]
+        assert sent.min() >= -1e-9
+        assert (np.diff(sent, axis=0) <= 1e-9).all()
+        assert sent.max() <= last
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=lambda b: f"{b.acceleration:g}-{b.jerk:g}")
+def test_a_stop_keeps_its_way(make_loop, workspace, stop):
+    """All joints in proportion: the limits look along that way, another one leads elsewhere."""
+    loop = make_loop(stop=stop)
+    loop._before = [-0.7403, 0.823, -1.4512, -0.1408, 0.148, 0.7861]
+    loop._last = last = [-0.6913, 0.7685, -1.3552, -0.1315, 0.1383, 0.7341]
+    loop.halt()
+    sent = loop.record.telemetry().command
+    assert len(sent) > 10
+    assert np.allclose(sent, np.outer(sent[:, 2] / last[2], last), atol=1e-12)
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=lambda b: f"{b.acceleration:g}-{b.jerk:g}")
+@pytest.mark.parametrize("until", [0.3, 0.45, 0.6, 0.8, 1.5])
+def test_no_stop_leaves_a_joints_range(make_loop, workspace, stop, until):
+    start = [*workspace.reach.q[3, 3][:5].tolist(), 4.5]
+
+    def law(q, at, v):
+        if loop.now() > until:
+            raise KeyboardInterrupt
+        return [0.0] * 5 + [3.0], 1.0, 0.0, 0.0
+
+    loop = make_loop(start, law=law, stop=stop)
+    at = workspace.position(3, 3)
+    with pytest.raises(KeyboardInterrupt), loop:
+        loop.follow(TileMove(at, at, 2.0), phase=record.MOVE)
+    assert 4.5 < loop.record.telemetry().q[:, 5].max() <= 2 * np.pi
 
 
 def test_a_command_that_is_no_number_stops(make_loop, workspace):
