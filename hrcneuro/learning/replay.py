@@ -22,7 +22,8 @@ class Held:
     Attributes:
         label: 1 takeover, 0 none; shape (trials,).
         score: The decoder's score, positive where it decides for takeover; shape (trials,).
-        block: Block of each trial; log-odds are calibrated on the blocks of the other parity.
+        block: Block of each trial. Log-odds are calibrated on every other of the blocks that there are, in order, for
+            the rest; where one half lacks a class (always with a single block), on all trials, those scored among them.
     """
 
     label: np.ndarray
@@ -115,7 +116,8 @@ def _table(session: Session) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
 def _answers(held: Held) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     takeover = held.score > 0
     decision, graded = np.zeros(len(takeover), np.float32), np.zeros(len(takeover), np.float32)
-    odd = held.block % 2 == 1
+    # By rank, not by number: scenarios take turns, so that all blocks of one are odd.
+    odd = np.unique(held.block, return_inverse=True)[1] % 2 == 1
     for to in (odd, ~odd):
         source = ~to if {0, 1} <= set(held.label[~to].tolist()) else np.ones(len(to), bool)
         known = Held(held.label[source], held.score[source], held.block[source])

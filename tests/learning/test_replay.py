@@ -67,6 +67,25 @@ def test_log_odds_are_calibrated(sessions):
         assert heard.decision[(before == was) & acting].mean() > heard.decision[(before == was) & ~acting].mean()
 
 
+@pytest.mark.parametrize("number", [[0, 1, 2, 3], [1, 3, 5, 7], [2, 4, 8, 10]])
+def test_log_odds_come_from_every_other_block_however_blocks_are_numbered(number):
+    drawn = _held(np.random.default_rng(7), 40, 40, 0.4)
+    held = Held(drawn.label, drawn.score, np.array(number)[drawn.block])
+    second = drawn.block % 2 == 1
+    halves = [Held(held.label[half], held.score[half], held.block[half]) for half in (second, ~second)]
+    odds = [calibrated(halves[i], halves[1 - i].score) for i in (0, 1)]
+    heard = _run(Replay([Session(held, held)]), episodes=20, repetitions=10, evidence=True)[3]
+    assert set(np.abs(heard.graded).ravel().tolist()) == set(np.abs(np.concatenate(odds)).tolist())
+
+
+def test_a_single_block_is_calibrated_on_itself():
+    rng = np.random.default_rng(3)
+    one = _held(rng, 60, 60, 0.8)
+    held = Held(one.label, one.score, np.full(120, 5))
+    heard = _run(Replay([Session(held, held)]), episodes=4, repetitions=6, evidence=True)[3]
+    assert np.isin(np.abs(heard.graded), np.abs(calibrated(held, held.score))).all()
+
+
 def test_scores_without_spread_say_nothing():
     held = Held(np.array([0, 1, 0, 1]), np.zeros(4), np.arange(4))
     assert calibrated(held, held.score).tolist() == [0, 0, 0, 0]
