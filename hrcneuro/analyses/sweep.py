@@ -62,7 +62,14 @@ def part_table(config: Any, index: int, count: int) -> pd.DataFrame:
     if config.sweep_learner != "paper":
         kind = kinds(alpha=config.alpha, ddof=config.ddof, horizon=config.horizon)[config.sweep_learner]
     found = run_cells(
-        some, kind, episodes=config.episodes, repetitions=config.sweep_repetitions, seed=config.seed, level=LEVEL
+        some,
+        kind,
+        episodes=config.episodes,
+        repetitions=config.sweep_repetitions,
+        seed=config.seed,
+        level=LEVEL,
+        ddof=config.ddof,
+        carry_over=config.carry_over,
     )
     table = pd.DataFrame(columns(found))
     table["trials"] = table["episode"] * table["events"]

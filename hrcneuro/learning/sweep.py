@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 
 import numpy as np
 
@@ -35,10 +35,10 @@ class Cell:
     alpha: float
     tau: float
 
-    def task(self, episodes: int) -> Task:
+    def task(self, episodes: int, *, carry_over: bool = False) -> Task:
         """Return the cell's task."""
-        reassign = {"reassign": "every", "period": self.period} if self.period else {}
-        return Task(self.subtasks, self.chosen, episodes, self.events, **reassign)  # type: ignore[arg-type]
+        task = Task(self.subtasks, self.chosen, episodes, self.events, carry_over=carry_over)
+        return replace(task, reassign="every", period=self.period) if self.period else task
 
 
 AXES = tuple(f.name for f in fields(Cell))
@@ -90,7 +90,15 @@ def parts(cells: Sequence[Cell], count: int) -> list[list[Cell]]:
 
 
 def run_cells(
-    cells: Sequence[Cell], kind: Kind | None, *, episodes: int, repetitions: int, seed: int, level: float = 0.8
+    cells: Sequence[Cell],
+    kind: Kind | None,
+    *,
+    episodes: int,
+    repetitions: int,
+    seed: int,
+    level: float = 0.8,
+    ddof: int = 0,
+    carry_over: bool = False,
 ) -> list[Reached]:
     """Return what learning comes to in each cell.
 
@@ -104,17 +112,20 @@ def run_cells(
         repetitions: Restarts a cell.
         seed: Seed of the draws.
         level: Accuracy to reach.
+        ddof: As in Eq 6's SD, for the paper's learner; a ``kind`` has its own.
+        carry_over: As in :class:`~hrcneuro.learning.task.Task`.
     """
     curves = _Curves(len(cells), episodes)
     for _, group in itertools.groupby(enumerate(cells), key=lambda item: (item[1].events, item[1].subtasks)):
         members = list(group)
         for block in range(-(-repetitions // BLOCK)):
             keep = min(BLOCK, repetitions - block * BLOCK)
-            store = _Draws(episodes, seed, block, keep)
+            store = _Draws(episodes, seed, block, keep, carry_over)
             for start in range(0, len(members), _COLUMNS // BLOCK):
                 some = members[start : start + _COLUMNS // BLOCK]
-                curves.add([i for i, _ in some], _learn([c for _, c in some], kind, store), keep)
-    expected = [None] * len(cells) if kind is not None else _expected(cells, episodes, level)
+                curves.add([i for i, _ in some], _learn([c for _, c in some], kind, store, ddof), keep)
+    tasks = [cell.task(episodes, carry_over=carry_over) for cell in cells]
+    expected = [None] * len(cells) if kind is not None else _expected(cells, tasks, level, ddof)
     found = []
     for i, cell in enumerate(cells):
         mean, band = curves.of(i)
@@ -145,12 +156,12 @@ class _Curves:
 class _Draws:
     """The draws of one block for each task, and what a decoder of some rate makes of them."""
 
-    def __init__(self, episodes: int, seed: int, block: int, keep: int) -> None:
-        self.episodes, self.seed, self.block, self.keep = episodes, seed, block, keep
+    def __init__(self, episodes: int, seed: int, block: int, keep: int, carry_over: bool) -> None:
+        self.episodes, self.seed, self.block, self.keep, self.carry_over = episodes, seed, block, keep, carry_over
         self.tasks: dict[Task, Draws] = {}
 
     def of(self, cell: Cell, evidence: bool) -> tuple[Draws, Heard]:
-        task = cell.task(self.episodes)
+        task = cell.task(self.episodes, carry_over=self.carry_over)
         if task not in self.tasks:
             if len(self.tasks) > 8:  # cells come sorted: old tasks do not come back
                 self.tasks.clear()
@@ -162,13 +173,13 @@ class _Draws:
         return draws, heard
 
 
-def _learn(cells: list[Cell], kind: Kind | None, store: _Draws) -> np.ndarray:
+def _learn(cells: list[Cell], kind: Kind | None, store: _Draws, ddof: int) -> np.ndarray:
     both = [store.of(c, kind is not None) for c in cells]
     alpha, tau = (np.repeat([getattr(c, name) for c in cells], store.keep) for name in ("alpha", "tau"))
     evidence = None if kind is None else [h.log_odds(kind.evidence) for _, h in both]
 
     def paper(subtasks: int, columns: int) -> PaperLearner:
-        return PaperLearner(subtasks, columns, alpha=np.resize(alpha, columns))
+        return PaperLearner(subtasks, columns, alpha=np.resize(alpha, columns), ddof=ddof)
 
     make = paper if kind is None else kind.make
     predicted = [h.predicted for _, h in both]
@@ -177,7 +188,7 @@ def _learn(cells: list[Cell], kind: Kind | None, store: _Draws) -> np.ndarray:
     ]
 
 
-def _expected(cells: Sequence[Cell], episodes: int, level: float) -> list[int | None]:
+def _expected(cells: Sequence[Cell], tasks: Sequence[Task], level: float, ddof: int) -> list[int | None]:
     found: list[int | None] = [None] * len(cells)
     still = [(i, c) for i, c in enumerate(cells) if not c.period]
     for _, group in itertools.groupby(still, key=lambda item: (item[1].events, item[1].subtasks)):
@@ -189,7 +200,7 @@ def _expected(cells: Sequence[Cell], episodes: int, level: float) -> list[int | 
                 [answer_probabilities(h, Rates.level(c.accuracy)) for h, (_, c) in zip(human, some, strict=True)]
             )
             alpha, tau = (np.array([getattr(c, name) for _, c in some]) for name in ("alpha", "tau"))
-            curves = expected_curves(some[0][1].task(episodes), human, p, alpha=alpha, tau=tau)
+            curves = expected_curves(tasks[some[0][0]], human, p, alpha=alpha, tau=tau, ddof=ddof)
             for (i, _), curve in zip(some, curves, strict=True):
                 found[i] = first_at(curve, level)
     return found

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,27 @@ def test_another_learner_can_be_swept():
     kind = kinds(alpha=0.05, ddof=0, horizon=40)["bayes_graded"]
     cell = [Cell(10, 4, 2, 0, 57.0, 0.05, 0.1)]
     assert run_cells(cell, kind, **RUN)[0].final > run_cells(cell, None, **RUN)[0].final + 0.05
+
+
+def test_ddof_is_a_change_of_scale():
+    # Eq 6 with N - 1 leaves a memory smaller by c: the same as steps and temperature larger by 1 / c.
+    c = np.sqrt(7 / 8)
+    cell = replace(BASE, accuracy=65.0)
+    one = run_cells([cell], None, ddof=1, **RUN)[0]
+    scaled = run_cells([replace(cell, alpha=cell.alpha / c, tau=cell.tau / c)], None, **RUN)[0]
+    assert one.final == pytest.approx(scaled.final, abs=1e-6)
+    assert (one.episode, one.expected_episode) == (scaled.episode, scaled.expected_episode)
+    assert one.final != pytest.approx(run_cells([cell], None, **RUN)[0].final, abs=2e-5)
+
+
+@pytest.mark.parametrize("kind", [None, kinds(alpha=0.05, ddof=0, horizon=40)["bayes"]])
+def test_an_episode_of_two_events_teaches_twice_with_carry_over(kind):
+    cell = replace(BASE, events=2, accuracy=75.0)
+    once, twice = (run_cells([cell], kind, carry_over=carry_over, **RUN)[0] for carry_over in (False, True))
+    assert twice.final > once.final + 0.02
+    assert twice.episode == pytest.approx(once.episode / 2, rel=0.25)
+    if kind is None:
+        assert twice.expected_episode == pytest.approx(once.expected_episode / 2, abs=1)
 
 
 def test_columns_are_flat_and_missing_is_nan():

@@ -166,6 +166,14 @@ def test_a_sweep_does_not_depend_on_how_it_is_cut(tmp_path):
     assert len(simulate.parts(dataclasses.replace(config, sweep=simulate.WIDE_SWEEP))) == simulate.SWEEP_PARTS
 
 
+@pytest.mark.parametrize("change", [{"ddof": 1}, {"carry_over": True}])
+def test_a_sweep_hears_every_option_of_the_learning(change):
+    from hrcneuro.analyses.sweep import part_table
+
+    config = dataclasses.replace(SMALL, sweep={"accuracy": (60.0, 70.0)})
+    assert not part_table(dataclasses.replace(config, **change), 0, 1).equals(part_table(config, 0, 1))
+
+
 def test_learners_differ_and_say_by_how_much(plain):
     out, _ = plain
     table = read_table(out / "learners.parquet")
