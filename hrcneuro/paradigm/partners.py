@@ -52,7 +52,9 @@ def robot_plan(owners: Owners, target: str) -> str:
 class Human:
     """A subject's habits, each a probability.
 
-    ``wrong_key``: a key is outside the target direction, over the session. ``repeat``: a wrong key is pressed again,
+    ``wrong_key``: a key is outside the target direction, over the session, as far as the usual run and relapse give
+    that share. These do not grow with it: 0.01, 0.022, 0.05, 0.1, 0.2, 0.3 come out as 0.010, 0.020, 0.043, 0.084,
+    0.14, 0.23 (means of 40 sessions). ``repeat``: a wrong key is pressed again,
     the likelier the longer its run, as if each run had its own probability, from a beta distribution with mean
     ``repeat`` and a + b = ``persistence``; never off the grid. ``relapse``: a new run begins in an episode that has had
     one.
@@ -110,6 +112,6 @@ def _keeps(owners: Owners, tile: Tile, direction: str) -> bool:
 
 
 def draw_human(rng: np.random.Generator) -> Human:
-    """Return a subject: 0.1 to 7 % wrong keys, on average 2.2 %, and its own way with errors, spread as in the logs."""
+    """Return a subject: ``wrong_key`` 0.1 to 7 %, on average 2.2 %, its own way with errors, spread as in the logs."""
     wrong_key = np.clip(rng.gamma(2.6, 0.022 / 2.6), 0.001, 0.07)
     return Human(wrong_key=float(wrong_key), undo=float(rng.beta(2.8, 0.7)))

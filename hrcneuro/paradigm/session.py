@@ -21,6 +21,7 @@ class SessionParams:
     """The protocol and the partners; defaults are the study's.
 
     ``wrong_key_rate`` and ``undo_rate`` None draw the subject's own (0.1 to 7 % of the keys; most errors taken back).
+    A high ``wrong_key_rate`` falls short of its share: see :class:`~hrcneuro.paradigm.partners.Human`.
     Practice has fewer errors in the logs.
     """
 

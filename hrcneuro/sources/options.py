@@ -23,7 +23,9 @@ class Session:
     episodes_per_block: int = option(13, "episodes in a main block", low=1)
     error_rate: float = option(0.30, "probability that a move after no error goes wrong", low=0, high=1)
     practice_error_rate: float = option(0.22, "the same in practice blocks", low=0, high=1)
-    wrong_key_rate: float | None = option(None, "share of keys outside the target; none: drawn", low=0, high=1)
+    wrong_key_rate: float | None = option(
+        None, "share of keys outside the target, roughly: from 0.05 on, less; none: drawn", low=0, high=1
+    )
     undo_rate: float | None = option(None, "share of errors that the next key takes back; none: drawn", low=0, high=1)
 
 

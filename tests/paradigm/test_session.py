@@ -50,6 +50,13 @@ def test_given_rates_replace_the_drawn_ones():
     assert not session(SessionParams(error_rate=0.0, practice_error_rate=0.0))["error"].any()
 
 
+@pytest.mark.parametrize(("rate", "low", "high"), [(0.022, 0.015, 0.026), (0.2, 0.11, 0.17)])
+def test_a_rate_of_wrong_keys_is_about_their_share_and_a_high_one_falls_short(rate, low, high):
+    tables = [session(SessionParams(wrong_key_rate=rate, blocks=6), seed=seed) for seed in range(16)]
+    keys = pd.concat(t.loc[t.actor == "human", "key_wrong"] for t in tables)
+    assert low < keys.mean() < high
+
+
 def test_a_subject_takes_less_than_half_a_second():
     def seconds():
         start = time.process_time()
