@@ -1,0 +1,43 @@
+"""What a run has to say on single printed results, from tables and summaries as the stages leave them."""
+
+import pandas as pd
+import pytest
+
+from hrcneuro.report import measured_learning
+
+DECODERS = ("emp", "60", "70", "80")
+
+
+def curves(levels, *, sd=0.15, n=100, episode=measured_learning._EARLY):
+    """Return the curves at one episode; ``levels`` is curve -> mean."""
+    lines = [(*name.split(" ", 1), episode, mean, sd, n) for name, mean in levels.items()]
+    return pd.DataFrame(lines, columns=["simulation", "variant", "episode", "mean", "sd", "n"])
+
+
+def sizes(four, six, ten, **how):
+    cases = {"SIM2 {}": four, "SIM4 6/3 {}": six, "SIM4 10/5 {}": ten}
+    return curves({case.format(v): mean for case, mean in cases.items() for v in DECODERS}, **how)
+
+
+@pytest.mark.parametrize(
+    ("means", "sd", "expected"),
+    [
+        ((0.80, 0.76, 0.72), 0.15, True),
+        ((0.80, 0.79, 0.78), 0.15, None),  # in order, by chance
+        ((0.80, 0.79, 0.78), 0.01, True),
+        ((0.72, 0.76, 0.80), 0.15, False),
+        ((0.80, 0.79, 0.85), 0.15, False),
+    ],
+)
+def test_more_subtasks_are_slower_only_beyond_the_monte_carlo_error(means, sd, expected):
+    found = measured_learning._fourth(sizes(*means, sd=sd))["sim4"]
+    assert found.agrees is expected
+    assert ("within twice its Monte-Carlo error" in found.why) == (expected is None)
+
+
+@pytest.mark.parametrize(("two", "expected"), [(0.85, True), (0.78, None), (0.70, False)])
+def test_how_subtasks_are_shared_is_told_only_beyond_the_monte_carlo_error(two, expected):
+    table = {"SIM4 10/5 emp": 0.77, "SIM4 10/2 emp": two, "SIM4 10/8 emp": 2 * 0.77 - two}
+    found = measured_learning._fourth(curves(table, episode=measured_learning._LATE))
+    assert found["sim4 2"].agrees is expected
+    assert found["sim4 8"].agrees is expected
