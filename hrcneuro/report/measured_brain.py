@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,10 +20,28 @@ Maps = Mapping[tuple[str, str], Tested]
 def measure(results: Results) -> dict[str, Measured]:
     """Return result key -> what this run has."""
     erp, ersp = results.maps("erp"), results.maps("ersp")
-    return {**_potentials(erp), **_rhythms(ersp), **_decoding(results)}
+    planted = _planted(results)
+    return {**_potentials(erp, planted), **_rhythms(ersp, planted), **_decoding(results, planted)}
 
 
-def _potentials(erp: Maps) -> dict[str, Measured]:
+@dataclass(frozen=True)
+class _Planted:
+    """What a simulated recording has in it: the extra positivity in iC and in sC, and more of it in iC."""
+
+    intermittent: bool
+    sequential: bool
+    more: bool
+
+
+def _planted(results: Results) -> _Planted:
+    """Return it for the configured recording; it matters to simulated recordings alone."""
+    eeg = results.settings.sections["acquire"].eeg
+    # Each effect but "none" is calibrated on RH against RR before, whatever it stands for.
+    there = eeg.effect != "none" and eeg.effect_uv != 0
+    return _Planted(there, there and eeg.sequential_share > 0, there and eeg.sequential_share < 1)
+
+
+def _potentials(erp: Maps, planted: _Planted) -> dict[str, Measured]:
     found = {}
     for panel, contrast in PANELS.items():
         if ("all", contrast) in erp and panel != "C":
@@ -32,44 +51,47 @@ def _potentials(erp: Maps) -> dict[str, Measured]:
         part = whole.within(FRONTAL, s=(0.4, 0.6))
         larger = part.any and bool((part.difference[part.significant] > 0).all())
         why = "significant and positive over frontal channels between 400 and 600 ms"
-        found["erp C"] = Measured(part.describe() if part.any else whole.describe(), larger, "eeg", why)
+        found["erp C"] = Measured(
+            part.describe() if part.any else whole.describe(), larger, "eeg", why, planted.intermittent
+        )
     if ("sC", BEFORE) in erp:
         found["erp sC"] = _nothing(erp["sC", BEFORE])
     if ("iC", BEFORE) in erp:
-        found["erp iC"] = Measured(erp["iC", BEFORE].describe(), erp["iC", BEFORE].any, "eeg", "anything significant")
+        one = erp["iC", BEFORE]
+        found["erp iC"] = Measured(one.describe(), one.any, "eeg", "anything significant", planted.intermittent)
     return found
 
 
-def _rhythms(ersp: Maps) -> dict[str, Measured]:
+def _rhythms(ersp: Maps, planted: _Planted) -> dict[str, Measured]:
     found = {}
     if ("all", PANELS["A"]) in ersp:
         found["ersp A"] = _nothing(ersp["all", PANELS["A"]])
     parts = {
         "ersp B": (PANELS["B"], MOTOR, ALPHA, None, True),
         "ersp C alpha": (BEFORE, MOTOR, ALPHA, (0.6, 1.2), True),
-        "ersp C theta": (BEFORE, FRONTAL, THETA, (0.3, 0.7), True),
+        "ersp C theta": (BEFORE, FRONTAL, THETA, (0.3, 0.7), planted.intermittent),
         # No simulated recording has a rebound of beta after a takeover.
         "ersp D": (PANELS["D"], LEFT_TEMPORAL, BETA, (0.4, 0.8), False),
     }
-    for key, (contrast, channels, hz, s, planted) in parts.items():
+    for key, (contrast, channels, hz, s, there) in parts.items():
         if ("all", contrast) in ersp:
             part = ersp["all", contrast].within(channels, hz=hz, s=s)
             why = f"significant over {channels[0]} to {channels[-1]}, {hz[0]:g} to {hz[1]:g} Hz" + (
                 f", {1000 * s[0]:.0f} to {1000 * s[1]:.0f} ms" if s else ""
             )
-            found[key] = Measured(part.describe(), part.any, "eeg", why, planted)
+            found[key] = Measured(part.describe(), part.any, "eeg", why, there)
     if ("sC", BEFORE) in ersp and ("iC", BEFORE) in ersp:
-        found |= _scenarios(ersp["sC", BEFORE], ersp["iC", BEFORE])
+        found |= _scenarios(ersp["sC", BEFORE], ersp["iC", BEFORE], planted)
     return found
 
 
-def _scenarios(sequential: Tested, intermittent: Tested) -> dict[str, Measured]:
+def _scenarios(sequential: Tested, intermittent: Tested, planted: _Planted) -> dict[str, Measured]:
     found = {}
     motor = [one.within(MOTOR, hz=ALPHA) for one in (sequential, intermittent)]
     theta = [one.within(FRONTAL, hz=THETA) for one in (sequential, intermittent)]
-    for key, pair in (("ersp 3 alpha", motor), ("ersp 3 theta", theta)):
+    for key, pair, there in (("ersp 3 alpha", motor, True), ("ersp 3 theta", theta, planted.sequential)):
         text = f"sC: {pair[0].describe()}; iC: {pair[1].describe()}"
-        found[key] = Measured(text, all(one.any for one in pair), "eeg", "significant in both")
+        found[key] = Measured(text, all(one.any for one in pair), "eeg", "significant in both", there)
     strength = [float(np.abs(one.difference).max()) for one in motor]
     early = motor[0].any and (not motor[1].any or motor[0].first_s < motor[1].first_s)
     found["ersp 3 early"] = Measured(
@@ -78,10 +100,12 @@ def _scenarios(sequential: Tested, intermittent: Tested) -> dict[str, Measured]:
         bool(strength[0] > strength[1] and early),
         "eeg",
         "larger and earlier significant in sC",
+        # The simulated central rhythm sinks alike in both scenarios.
+        planted=False,
     )
     bins = [int(one.significant.sum()) for one in theta]
     text = f"{bins[1]} significant bins in iC, {bins[0]} in sC"
-    found["ersp 3 more"] = Measured(text, bins[1] > bins[0], "eeg", "more significant bins in iC")
+    found["ersp 3 more"] = Measured(text, bins[1] > bins[0], "eeg", "more significant bins in iC", planted.more)
     return found
 
 
@@ -93,7 +117,7 @@ def _ms(tested: Tested) -> str:
     return f"significant from {1000 * tested.first_s:.0f} ms" if tested.any else "never significant"
 
 
-def _decoding(results: Results) -> dict[str, Measured]:
+def _decoding(results: Results, planted: _Planted) -> dict[str, Measured]:
     from hrcneuro.decoding.group import PUBLISHED
 
     subjects = [results.summary("decode", u) for u in results.included("decode")]
@@ -104,14 +128,15 @@ def _decoding(results: Results) -> dict[str, Measured]:
         cells = [one for s in subjects for one in _cells(s, key) if one.get("acc") is not None]
         if not cells:
             continue
+        there = key[1] != "RRvsRH" or (planted.intermittent if key[0] == "iC" else planted.sequential)
         for measure, (mean, sd) in measures.items():
             ours = np.array([one[measure] for one in cells])
-            found[f"{key[0]} {key[1]} {measure}"] = Measured(f"{spread(ours)} %", *_near(ours, mean, sd))
+            found[f"{key[0]} {key[1]} {measure}"] = Measured(f"{spread(ours)} %", *_near(ours, mean, sd), there)
         acc = float(np.mean([one["acc"] for one in cells]))
         above, printed = acc > level, measures["acc"][0] > CHANCE
         text = f"{'above' if above else 'not above'} chance ({acc:.1f} %, chance {level:.1f} %)"
         found[f"{key[0]} {key[1]} above"] = Measured(
-            text, above == printed, "eeg", "mean accuracy and mean chance level"
+            text, above == printed, "eeg", "mean accuracy and mean chance level", there or not printed
         )
     if chances:
         why = "within 0.5 of the printed level; it follows from the trial counts alone"

@@ -1,9 +1,13 @@
 """What a run has to say on single printed results, from tables and summaries as the stages leave them."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.report import measured_learning
+from hrcneuro import config
+from hrcneuro.report import maps, measured_brain, measured_learning
 
 DECODERS = ("emp", "60", "70", "80")
 
@@ -41,3 +45,26 @@ def test_how_subtasks_are_shared_is_told_only_beyond_the_monte_carlo_error(two, 
     found = measured_learning._fourth(curves(table, episode=measured_learning._LATE))
     assert found["sim4 2"].agrees is expected
     assert found["sim4 8"].agrees is expected
+
+
+def brain(*assignments):
+    """Return what is measured of maps in which nothing is significant."""
+    times, channels, hz = np.arange(-0.2, 1.2, 0.1), ["Fz", "C3", "T7"], np.arange(2.0, 31.0, 2.0)
+    cases = [("all", contrast) for contrast in measured_brain.PANELS.values()]
+    cases += [(scenario, measured_brain.BEFORE) for scenario in ("sC", "iC")]
+    tested = {}
+    for stage, shape, bins in (("erp", (3, 14), np.zeros(0)), ("ersp", (3, len(hz), 14), hz)):
+        nothing = maps.Tested(11, channels, times, np.zeros(shape), np.zeros(shape, dtype=bool), bins)
+        tested[stage] = dict.fromkeys(cases, nothing)
+    settings = config.load(None, list(assignments))
+    results = SimpleNamespace(settings=settings, maps=tested.get, included=lambda stage: [])
+    return measured_brain.measure(results)
+
+
+def test_what_a_simulation_has_planted_follows_its_settings():
+    always_absent = {"ersp D", "ersp 3 early"}
+    assert {k for k, m in brain().items() if not m.planted} == always_absent
+    without = {k for k, m in brain("acquire.eeg.effect=none").items() if not m.planted}
+    assert without == always_absent | {"erp C", "erp iC", "ersp C theta", "ersp 3 theta", "ersp 3 more"}
+    alike = {k for k, m in brain("acquire.eeg.sequential_share=1").items() if not m.planted}
+    assert alike == always_absent | {"ersp 3 more"}

@@ -100,6 +100,24 @@ def test_table_2_on_each_kind_of_data(real, acc, expected):
     assert found["RRvsRH, iC, ACC"].verdict == expected
 
 
+@pytest.mark.parametrize("nothing", ["acquire.eeg.effect=none", "acquire.eeg.effect_uv=0"])
+@pytest.mark.parametrize("acc", [None, 50.0])
+def test_a_simulation_without_effect_cannot_tell_of_the_effect(nothing, acc):
+    found = study(eeg=False, behaviour=True, acc=acc, assignments=[nothing])
+    for what in ("ACC, RRvsRH, iC", "TPR, RRvsRH, iC", "RRvsRH, iC, ACC", "ACC, RRvsRH, sC"):
+        assert found[what].verdict == OPEN
+        assert "no such effect" in found[what].why
+    assert found["RRvsRH, sC, ACC"].verdict == PLANTED
+    assert found["ACC, HHvsHR, iC"].verdict == PLANTED
+    assert study(eeg=True, behaviour=True, assignments=[nothing])["ACC, RRvsRH, iC"].verdict == AGREES
+
+
+def test_an_effect_in_ic_alone_is_planted_there_alone():
+    found = study(eeg=False, behaviour=True, assignments=["acquire.eeg.sequential_share=0"])
+    assert found["ACC, RRvsRH, iC"].verdict == PLANTED
+    assert found["ACC, RRvsRH, sC"].verdict == OPEN
+
+
 def test_the_chance_level_rests_on_the_logs_not_on_the_eeg():
     assert study(eeg=False, behaviour=True)["chance level"].verdict == AGREES
     assert study(eeg=False, behaviour=False)["chance level"].verdict == PLANTED
