@@ -108,7 +108,20 @@ def _fourth(curves: pd.DataFrame) -> dict[str, Measured]:
         if step and other and even:
             text = f"{100 * other[0]:.0f} % against {100 * even[0]:.0f} % at episode {_LATE}"
             found[key] = _verdict(text, [step], "empirical decoder")
-    return found
+    return found | _balance(late)
+
+
+def _balance(late: _Point) -> dict[str, Measured]:
+    """Return whether a share of two or eight subtasks of ten is learned as well as one of five."""
+    means = {m: late.mean([f"SIM4 10/{m} emp"]) for m in (2, 5, 8)}
+    steps = [d for d in (_compared(means[m], means[5]) for m in (2, 8)) if d]
+    if not steps:
+        return {}
+    text = ", ".join(f"{m} of 10: {100 * found[0]:.0f} %" for m, found in means.items() if found)
+    shown = " and ".join(f"{100 * d:+.1f} ± {100 * margin:.1f}" for d, margin in steps)
+    why = f"no difference from 5 of 10 beyond twice the Monte-Carlo error: {shown} points, empirical decoder"
+    alike = all(abs(d) <= margin for d, margin in steps)
+    return {"sim4 balance": Measured(f"{text} at episode {_LATE}", alike, "model", why)}
 
 
 class _Point:

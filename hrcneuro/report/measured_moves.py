@@ -44,13 +44,22 @@ def _moves(trials: Mapping[str, pd.DataFrame]) -> dict[str, Measured]:
             f"within {margin + 0.01:.2f} of the printed mean",
         )
     }
-    moves = pd.concat(list(trials.values()))
+    return found | _durations(pd.concat(list(trials.values())))
+
+
+def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
+    found = {}
     for scenario, (mean, _) in TRIAL_MS.items():
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
             agrees = abs(soa.mean() - mean) <= _TRIAL_MARGIN_MS
             why = f"within {_TRIAL_MARGIN_MS:g} ms of the printed mean"
             found[f"soa {scenario}"] = Measured(f"{spread(soa, 1)} ms", bool(agrees), "eeg", why)
+    whole = moves["soa_s"].dropna().to_numpy(float)
+    if len(whole):
+        agrees = 1.5 <= whole.mean() < 2.5
+        why = "a mean that rounds to 2 s; 2.3.1 prints less than one"
+        found["soa 2 s"] = Measured(f"{spread(whole, 2)} s", bool(agrees), "eeg", why)
     return found
 
 

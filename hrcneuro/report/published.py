@@ -71,6 +71,7 @@ RESULTS = (
     Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch"),
     Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "epoch", "moves"),
     Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves"),
+    Result("soa 2 s", "3.3", "duration of a trial in the experiment", "approximately 2 seconds", "epoch", "moves"),
     *(
         Result(f"trials {c}", "2.5.1", f"trials {c}, tr-1 and tr, a subject", f"{m} ± {s} each", "epoch")
         for c, (m, s) in measured_moves.COUNTS.items()
@@ -110,6 +111,14 @@ RESULTS = (
     Result("sim4", "3.3, 4.3, Fig 4D", "SIM4: 4, 6, 10 subtasks", "the more, the slower", "simulate", _FIG_4),
     Result("sim4 2", "3.3, Fig 4D", "SIM4: human takes 2 of 10", "steeper than 5 of 10", "simulate", _FIG_4),
     Result("sim4 8", "3.3", "SIM4: robot has fewer subtasks", "shallower than 5 of 10", "simulate", _FIG_4),
+    Result(
+        "sim4 balance",
+        "3.3, 4.3, 5, Fig 4D",
+        "SIM4: imbalanced assignment",
+        "comparable performance, does not affect the learning",
+        "simulate",
+        _FIG_4,
+    ),
 )
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from hrcneuro import config
-from hrcneuro.report import maps, measured_brain, measured_learning
+from hrcneuro.report import maps, measured_brain, measured_learning, measured_moves
 
 DECODERS = ("emp", "60", "70", "80")
 
@@ -45,6 +45,20 @@ def test_how_subtasks_are_shared_is_told_only_beyond_the_monte_carlo_error(two, 
     found = measured_learning._fourth(curves(table, episode=measured_learning._LATE))
     assert found["sim4 2"].agrees is expected
     assert found["sim4 8"].agrees is expected
+
+
+@pytest.mark.parametrize(("two", "eight", "alike"), [(0.78, 0.76, True), (0.85, 0.76, False), (0.78, 0.70, False)])
+def test_imbalance_matters_where_it_exceeds_the_monte_carlo_error(two, eight, alike):
+    table = {"SIM4 10/5 emp": 0.77, "SIM4 10/2 emp": two, "SIM4 10/8 emp": eight}
+    found = measured_learning._fourth(curves(table, episode=measured_learning._LATE))["sim4 balance"]
+    assert found.agrees is alike
+    assert "5 of 10: 77 %" in found.text
+
+
+@pytest.mark.parametrize(("soa_s", "expected"), [(0.87, False), (1.9, True), (2.6, False)])
+def test_a_trial_of_two_seconds_is_measured_not_taken(soa_s, expected):
+    found = measured_moves._durations(pd.DataFrame({"scenario": ["sC", "iC"] * 50, "soa_s": soa_s}))
+    assert found["soa 2 s"].agrees is expected
 
 
 def brain(*assignments):
