@@ -8,6 +8,7 @@ import pytest
 
 from hrcneuro import config
 from hrcneuro.report import maps, measured_brain, measured_learning, measured_moves
+from hrcneuro.report.results import Results
 
 DECODERS = ("emp", "60", "70", "80")
 
@@ -82,3 +83,18 @@ def test_what_a_simulation_has_planted_follows_its_settings():
     assert without == always_absent | {"erp C", "erp iC", "ersp C theta", "ersp 3 theta", "ersp 3 more"}
     alike = {k for k, m in brain("acquire.eeg.sequential_share=1").items() if not m.planted}
     assert alike == always_absent | {"ersp 3 more"}
+
+
+@pytest.mark.parametrize("events", [5, 10])
+def test_the_printed_minutes_are_those_of_ten_events_an_episode(events, tmp_path):
+    curves({"SIM1 emp": 0.7}).to_parquet(tmp_path / "curves.parquet")
+    found = learned(tmp_path, f"simulate.events={events}")
+    assert found["minutes 35"].text == "11.7 min at 2 s, 5.8 at 1 s a trial"
+    assert found["minutes 35"].agrees is False
+
+
+def learned(folder, *assignments):
+    """Return what is measured of a run of simulate that left its tables in a folder."""
+    artifacts = {path.name: path for path in folder.iterdir()}
+    item = SimpleNamespace(stage="simulate", unit="group", state="hit", artifacts=artifacts, summary={})
+    return measured_learning.measure(Results(config.load(None, list(assignments)), [item]))
