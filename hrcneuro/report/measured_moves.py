@@ -103,6 +103,10 @@ def _channels(results: Results) -> dict[str, Measured]:
     outliers = [u for u in units if summaries[u].get("outlier")]
     text = f"{len(outliers)} ({', '.join(outliers)})" if outliers else "0"
     found["outlier"] = Measured(text, outliers == ["s07"], "eeg", "s07 alone")
-    lost = sum(int(summaries[u].get("rejected", 0)) for u in units if u in results.settings.included)
-    found["rejected"] = Measured(str(lost), lost == 0, "eeg", "none")
+    # The paper excludes for the amplitude alone; an epoch cut by a boundary, say, is another matter.
+    reasons = [summaries[u].get("reasons", {}) for u in units if u in results.settings.included]
+    lost = sum(int(why.get("amplitude", 0)) for why in reasons)
+    others = sum(sum(why.values()) for why in reasons) - lost
+    text = f"{lost} ({others} for other reasons)" if others else str(lost)
+    found["rejected"] = Measured(text, lost == 0, "eeg", "none for its amplitude")
     return found

@@ -67,7 +67,7 @@ _POTENTIALS = "no significant difference"
 RESULTS = (
     Result("replaced", "2.3.3", "channels replaced a subject", "3 to 6", "preprocess", "quality_group"),
     Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess"),
-    Result("rejected", "2.5.1", "epochs excluded of the others", "0", "preprocess"),
+    Result("rejected", "2.5.1", "epochs of the others excluded for their amplitude", "0", "preprocess"),
     Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch"),
     Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "epoch", "moves"),
     Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves"),

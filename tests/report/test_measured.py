@@ -98,3 +98,15 @@ def learned(folder, *assignments):
     artifacts = {path.name: path for path in folder.iterdir()}
     item = SimpleNamespace(stage="simulate", unit="group", state="hit", artifacts=artifacts, summary={})
     return measured_learning.measure(Results(config.load(None, list(assignments)), [item]))
+
+
+@pytest.mark.parametrize(
+    ("reasons", "text", "agrees"),
+    [({}, "0", True), ({"boundary": 3}, "0 (3 for other reasons)", True), ({"amplitude": 2, "marked": 1}, None, False)],
+)
+def test_epochs_are_counted_as_excluded_for_their_amplitude_alone(reasons, text, agrees):
+    summary = {"reasons": reasons, "rejected": sum(reasons.values()), "outlier": False}
+    item = SimpleNamespace(stage="epoch", unit="s01", state="hit", artifacts={}, summary=summary)
+    found = measured_moves.measure(Results(config.load(None), [item]))["rejected"]
+    assert found.agrees is agrees
+    assert found.text == (text or "2 (1 for other reasons)")
