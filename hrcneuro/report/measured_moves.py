@@ -17,16 +17,17 @@ TRIAL_MS = {"sC": (875.88, 133.91), "iC": (872.34, 131.35)}
 REPLACED = (3, 6)
 # How far two mean durations may lie apart: a fiftieth of the durations' range.
 _TRIAL_MARGIN_MS = 12.0
+# And their SDs: subjects of one study differ by a twentieth.
+_SD_SHARE = 0.1
 
 
 def measure(results: Results) -> dict[str, Measured]:
     """Return result key -> what this run has."""
     trials = results.tables("acquire", "trials.parquet")
     trials = {u: t[~t["practice"].astype(bool)] for u, t in trials.items() if t["scenario"].notna().any()}
-    same_data = results.settings.sections["acquire"].source in ("dataset", "semisynthetic")
     return {
         **_moves(trials),
-        **_counts(results.tables("epoch", "conditions.parquet"), exact=same_data),
+        **_counts(results.tables("epoch", "conditions.parquet"), exact=results.same_logs),
         **_channels(results),
     }
 
@@ -49,11 +50,12 @@ def _moves(trials: Mapping[str, pd.DataFrame]) -> dict[str, Measured]:
 
 def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
     found = {}
-    for scenario, (mean, _) in TRIAL_MS.items():
+    for scenario, (mean, sd) in TRIAL_MS.items():
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
-            agrees = abs(soa.mean() - mean) <= _TRIAL_MARGIN_MS
-            why = f"within {_TRIAL_MARGIN_MS:g} ms of the printed mean"
+            alike = abs(soa.std(ddof=1) - sd) <= _SD_SHARE * sd if len(soa) > 1 else False
+            agrees = abs(soa.mean() - mean) <= _TRIAL_MARGIN_MS and alike
+            why = f"within {_TRIAL_MARGIN_MS:g} ms of the printed mean and {100 * _SD_SHARE:g} % of the printed SD"
             found[f"soa {scenario}"] = Measured(f"{spread(soa, 1)} ms", bool(agrees), "eeg", why)
     whole = moves["soa_s"].dropna().to_numpy(float)
     if len(whole):

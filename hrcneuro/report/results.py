@@ -98,6 +98,11 @@ class Results:
                     found.append(Figure(stage, unit, Path(path), captions.get(name, name)))
         return found
 
+    @property
+    def same_logs(self) -> bool:
+        """Whether the moves are those of the paper's own logs."""
+        return self.settings.sections["acquire"].source in ("dataset", "semisynthetic")
+
     def warnings(self) -> list[str]:
         """Return what the stages want a reader to know."""
         lines = []

@@ -62,6 +62,19 @@ def test_a_trial_of_two_seconds_is_measured_not_taken(soa_s, expected):
     assert found["soa 2 s"].agrees is expected
 
 
+@pytest.mark.parametrize(
+    ("shift", "stretch", "expected"), [(0, 1, True), (30, 1, False), (0, 1.2, False), (0, 0, False)]
+)
+def test_durations_agree_in_mean_and_spread(shift, stretch, expected):
+    z = np.resize([-1.0, 1.0], 1000)
+    parts = [
+        pd.DataFrame({"scenario": scenario, "soa_s": (mean + shift + stretch * sd * z) / 1000})
+        for scenario, (mean, sd) in measured_moves.TRIAL_MS.items()
+    ]
+    found = measured_moves._durations(pd.concat(parts))
+    assert [found[f"soa {scenario}"].agrees for scenario in measured_moves.TRIAL_MS] == [expected, expected]
+
+
 def brain(*assignments):
     """Return what is measured of maps in which nothing is significant."""
     times, channels, hz = np.arange(-0.2, 1.2, 0.1), ["Fz", "C3", "T7"], np.arange(2.0, 31.0, 2.0)

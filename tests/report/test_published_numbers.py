@@ -23,22 +23,22 @@ def item(stage, unit, summary):
     return SimpleNamespace(stage=stage, unit=unit, key="k", state="hit", why=[], artifacts={}, summary=summary)
 
 
-def decoded(acc=None):
+def decoded(acc=None, chance=PUBLISHED_CHANCE):
     """Return decode summaries that hold Table 2's means, or another accuracy for RR against RH in iC."""
     cells = {}
     for (scenario, problem), measures in PUBLISHED.items():
-        rates = {m: mean for m, (mean, _) in measures.items()} | {"bacc": 50.0, "chance": PUBLISHED_CHANCE}
+        rates = {m: mean for m, (mean, _) in measures.items()} | {"bacc": 50.0, "chance": chance}
         if acc is not None and (scenario, problem) == ("iC", "RRvsRH"):
             rates |= {"tnr": acc, "tpr": acc, "acc": acc}
         cells.setdefault(scenario, {})[problem] = rates
     return cells
 
 
-def study(*, eeg=False, behaviour=False, acc=None, subjects=SUBJECTS, assignments=()):
+def study(*, eeg=False, behaviour=False, acc=None, chance=PUBLISHED_CHANCE, subjects=SUBJECTS, assignments=()):
     settings = config.load(None, [f"study.subjects={subjects}", *assignments])
     included = [s for s in subjects if s != "s07"]
     items = [item("acquire", s, {"real": {"eeg": eeg, "behaviour": behaviour}}) for s in subjects]
-    items += [item("decode", s, decoded(acc)) for s in included]
+    items += [item("decode", s, decoded(acc, chance)) for s in included]
     return {row.what: row for row in rows(Results(settings, items)) if row.kind == "result"}
 
 
@@ -121,6 +121,15 @@ def test_an_effect_in_ic_alone_is_planted_there_alone():
 def test_the_chance_level_rests_on_the_logs_not_on_the_eeg():
     assert study(eeg=False, behaviour=True)["chance level"].verdict == AGREES
     assert study(eeg=False, behaviour=False)["chance level"].verdict == PLANTED
+
+
+@pytest.mark.parametrize(
+    ("source", "chance", "expected"),
+    [("dataset", 54.27, AGREES), ("dataset", 54.0, DIFFERS), ("file", 54.0, AGREES), ("file", 53.0, DIFFERS)],
+)
+def test_the_papers_own_logs_must_give_the_printed_chance_level_to_the_digit(source, chance, expected):
+    found = study(eeg=True, behaviour=True, chance=chance, assignments=[f"acquire.source={source}"])
+    assert found["chance level"].verdict == expected
 
 
 def test_a_short_study_claims_nothing():
