@@ -23,7 +23,17 @@ def measure(results: Results) -> dict[str, Measured]:
     if curves is None or curves.empty:
         return {}
     found = {**_first(curves), **_second(curves), **_third(results), **_fourth(curves), **_minutes()}
-    return found
+    return _lacking(results.settings.sections["simulate"].episodes) | found
+
+
+def _lacking(episodes: int) -> dict[str, Measured]:
+    """Return the figures for which so many episodes are too few."""
+    needed = {"sim 35": 35, "sim 100": 100, "sim4": _EARLY, "sim4 2": _LATE, "sim4 8": _LATE, "sim4 balance": _LATE}
+    return {
+        key: Measured("-", None, "model", f"simulate.episodes = {episodes}, the figure is that of episode {last}")
+        for key, last in needed.items()
+        if episodes < last
+    }
 
 
 def _first(curves: pd.DataFrame) -> dict[str, Measured]:

@@ -20,12 +20,16 @@ from hrcneuro.report.verdicts import grounds
 
 _RH_RR = "ERSP, RH against RR before"
 _FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
+_GROUP = ("erp", "ersp", "simulate")  # measured on the group's item, the others on the subjects'
 NAMES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC"}
 
 
 @dataclass(frozen=True)
 class Result:
-    """A printed result: the key of what measures it here, place, quantity, figure; the chapter and picture to see."""
+    """A printed result: the key of what measures it here, place, quantity, figure; the chapter and picture to see.
+
+    ``stage`` measures it; empty where that is the chapter's.
+    """
 
     key: str
     place: str
@@ -33,6 +37,7 @@ class Result:
     printed: str
     chapter: str
     figure: str = ""
+    stage: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,12 +71,20 @@ def _table_2() -> Iterator[Result]:
 _POTENTIALS = "no significant difference"
 RESULTS = (
     Result("replaced", "2.3.3", "channels replaced a subject", "3 to 6", "preprocess", "quality_group"),
-    Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess"),
-    Result("rejected", "2.5.1", "epochs of the others excluded for their amplitude", "0", "preprocess"),
-    Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch"),
-    Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "epoch", "moves"),
-    Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves"),
-    Result("soa 2 s", "3.3", "duration of a trial in the experiment", "approximately 2 seconds", "epoch", "moves"),
+    Result("outlier", "2.5.1", "subjects with implausible amplitudes", "1 (s07)", "preprocess", stage="epoch"),
+    Result("rejected", "2.5.1", "epochs of the others excluded for their amplitude", "0", "preprocess", stage="epoch"),
+    Result("steps", "2.2", "steps from start to goal", "7.19 ± 0.39", "epoch", stage="acquire"),
+    Result("soa sC", "2.3.1", "duration of a trial, sC", "875.88 ± 133.91 ms", "epoch", "moves", "acquire"),
+    Result("soa iC", "2.3.1", "duration of a trial, iC", "872.34 ± 131.35 ms", "epoch", "moves", "acquire"),
+    Result(
+        "soa 2 s",
+        "3.3",
+        "duration of a trial in the experiment",
+        "approximately 2 seconds",
+        "epoch",
+        "moves",
+        "acquire",
+    ),
     *(
         Result(f"trials {c}", "2.5.1", f"trials {c}, tr-1 and tr, a subject", f"{m} ± {s} each", "epoch")
         for c, (m, s) in measured_moves.COUNTS.items()
@@ -136,13 +149,18 @@ def rows(results: Results) -> list[Row]:
     lines = []
     for r in RESULTS:
         one = found.get(r.key)
-        verdict, why = basis.verdict(one)
+        verdict, why = basis.verdict(one, ran=_ran(results, r.stage or r.chapter))
         ours = one.text if one else "-"
         lines.append(Row(r.place, r.what, r.printed, ours, "result", verdict, why, r.chapter, r.figure))
     about = facts.gather(results)
     for kind, printed in (("setup", SETUP), ("parameter", PARAMETERS)):
         lines += [Row(p.place, p.what, p.printed, fill(p, results, about), kind) for p in printed]
     return lines
+
+
+def _ran(results: Results, stage: str) -> bool:
+    """Return whether a stage has left what its results are measured on."""
+    return (stage, "group") in results.done if stage in _GROUP else bool(results.included(stage))
 
 
 def fill(printed: Printed, results: Results, about: SimpleNamespace) -> str:

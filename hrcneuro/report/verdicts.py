@@ -51,13 +51,15 @@ class Grounds:
     real: dict[str, bool | None]
     short: dict[str, str]
 
-    def verdict(self, measured: Measured | None) -> tuple[str, str]:
-        """Return the verdict and the reason for it.
+    def verdict(self, measured: Measured | None, *, ran: bool = False) -> tuple[str, str]:
+        """Return the verdict and the reason for it; ``ran`` says whether the stage that measures it has run.
 
         A small study can neither agree nor differ; simulated data can differ, but never agree.
         """
         if measured is None:
-            return MISSING, ""
+            return (
+                (OPEN, "the stage has run, but its settings or data do not give this figure") if ran else (MISSING, "")
+            )
         short, real = self.short.get(measured.rests_on, ""), self.real[measured.rests_on]
         if short or measured.agrees is None:
             return OPEN, short or measured.why

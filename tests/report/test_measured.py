@@ -123,3 +123,13 @@ def test_epochs_are_counted_as_excluded_for_their_amplitude_alone(reasons, text,
     found = measured_moves.measure(Results(config.load(None), [item]))["rejected"]
     assert found.agrees is agrees
     assert found.text == (text or "2 (1 for other reasons)")
+
+
+def test_too_few_episodes_are_told_from_a_stage_that_has_not_run(tmp_path):
+    curves({"SIM1 emp": 0.7}, episode=35).to_parquet(tmp_path / "curves.parquet")
+    found = learned(tmp_path, "simulate.episodes=50")
+    assert found["sim 35"].agrees is not None
+    for key in ("sim 100", "sim4 2", "sim4 8", "sim4 balance"):
+        assert found[key].agrees is None
+        assert "simulate.episodes = 50" in found[key].why
+    assert "sim4" not in found

@@ -132,6 +132,13 @@ def test_the_papers_own_logs_must_give_the_printed_chance_level_to_the_digit(sou
     assert found["chance level"].verdict == expected
 
 
+def test_a_stage_that_ran_is_told_from_one_that_did_not():
+    found = study(eeg=True, behaviour=True)
+    assert found["steps from start to goal"].verdict == OPEN  # acquired, without trials
+    assert found["epochs of the others excluded for their amplitude"].verdict == MISSING
+    assert found["SIM2: a decoder of 50 %"].verdict == MISSING
+
+
 def test_a_short_study_claims_nothing():
     found = study(eeg=True, behaviour=True, subjects=["s01", "s02", "s03"])
     assert found["ACC, RRvsRH, iC"].verdict == OPEN

@@ -43,6 +43,12 @@ def test_what_has_not_run_is_said_to_be_missing():
     assert REAL.verdict(None) == (MISSING, "")
 
 
+def test_what_a_stage_that_ran_does_not_give_is_not_called_missing():
+    verdict, why = REAL.verdict(None, ran=True)
+    assert verdict == OPEN
+    assert "has run" in why
+
+
 @given(
     agrees=st.sampled_from([True, False, None]),
     rests_on=st.sampled_from(["eeg", "behaviour", "model", "arithmetic"]),
