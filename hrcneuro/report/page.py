@@ -237,8 +237,11 @@ def _verdicts(found: Sequence[Row], anchors: Container[str]) -> str:
     others = "".join(
         fold(title, table(head, [[r.place, r.what, r.published, r.ours] for r in found if r.kind == kind], cards=True))
         for kind, title in (
-            ("parameter", "Parameters that the paper prints (chosen, so without verdict)"),
-            ("setup", "Setup that the paper prints (given, so without verdict)"),
+            (
+                "parameter",
+                "Parameters that the paper prints (chosen, so without verdict; by design: fixed in the program)",
+            ),
+            ("setup", "Setup that the paper prints (given, so without verdict; by design: fixed in the program)"),
         )
     )
     return (

@@ -10,7 +10,7 @@ import pytest
 from hrcneuro import config
 from hrcneuro.decoding.group import PUBLISHED, PUBLISHED_CHANCE
 from hrcneuro.report import facts, measured_brain
-from hrcneuro.report.paper import PARAMETERS, SETUP
+from hrcneuro.report.paper import BY_DESIGN, PARAMETERS, SETUP
 from hrcneuro.report.published import RESULTS, rows
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, VERDICTS
@@ -63,6 +63,13 @@ def test_every_parameter_that_can_be_read_has_a_value_of_this_run():
             assert name is None or name.split(".")[0] in {"found", *settings.sections}, printed
             if name and name.startswith("found."):
                 assert hasattr(about, name.removeprefix("found.")), printed
+
+
+def test_what_no_run_measures_does_not_look_measured():
+    for printed in (*SETUP, *PARAMETERS):
+        parsed = list(string.Formatter().parse(printed.ours))
+        if not any(name for _, name, _, _ in parsed):
+            assert printed.ours == "" or printed.ours.startswith(BY_DESIGN), printed
 
 
 def test_the_numbers_of_the_paper_are_all_there():
