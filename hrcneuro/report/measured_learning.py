@@ -13,8 +13,8 @@ from hrcneuro.report.verdicts import REPETITIONS, Measured
 EVENTS = 10  # in an episode of the paper; the printed minutes rest on it, whatever this run simulates
 SIM1 = {35: (0.70, 6.0), 100: (0.80, 17.0)}
 # Where SIM4's curves are compared. More subtasks are slower while all curves still rise: at episode 40 decoders of 60 %
-# and more have caught up; of 60 seeds the order shows beyond its error in 56 at episode 5, in 41 at 10. How subtasks are
-# shared shows late, with the empirical decoder, which learns slowly: at episode 100 in all 60.
+# and more have caught up; of 60 seeds the order shows beyond its error in 56 at episode 5, in 41 at 10. How subtasks
+# are shared shows late, with the empirical decoder, which learns slowly: at episode 100 in all 60.
 _EARLY, _LATE = 5, 100
 
 
