@@ -212,13 +212,17 @@ def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], lo
     talk = console(options)
     walk = pipeline.Run(found, Workdir(options.workdir), verify=options.verify)
     wanted = list(wanted)
+    tasks = pipeline.closure(found, wanted)
+    if _moves_the_one_arm(found, tasks):
+        # Not in a worker: Ctrl-C must reach the loop that drives it.
+        options = replace(options, executor="serial")
     if options.dry_run:
         items = walk.plan(wanted, force=options.force)
         for item in items:
             talk.report(item)
         return items
     executor = executors.create(options.executor, options.jobs or executors.cores())
-    total = len(pipeline.closure(found, wanted))
+    total = len(tasks)
 
     def tell(task: pipeline.Task, item: pipeline.Item) -> None:
         talk.report(item)
@@ -237,6 +241,26 @@ def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], lo
         # The workers are gone by now, perhaps not all of them in peace.
         walk.workdir.cache.sweep()
         raise
+
+
+def _moves_the_one_arm(found: Settings, tasks: Iterable[pipeline.Task]) -> bool:
+    """Return whether tasks drive an arm that is there only once.
+
+    Raises:
+        ConfigError: They do for more than one subject: after a stop, the next session would move it with nobody asked.
+    """
+    subjects = [task.unit for task in tasks if task.stage == "robot"]
+    section = found.sections["robot"]
+    if not subjects or not stages.load("robot").one_arm(section):
+        return False
+    if len(subjects) > 1:
+        raise ConfigError(
+            f"robot.backend = {section.backend!r} has one arm, and {len(subjects)} subjects are asked of it "
+            f"({', '.join(subjects)}); allowed: one subject a command",
+            cure=f"hrcneuro robot {subjects[0]} with the same options, then the next; a pipeline for hrcneuro run "
+            "leaves robot out of its stages or names one subject",
+        )
+    return True
 
 
 def _report(options: Options, found: Settings, items: Sequence[pipeline.Item]) -> Path:

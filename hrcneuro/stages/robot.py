@@ -109,6 +109,11 @@ def check(config: Config) -> list[str]:
     return mistakes + _unsafe(config)
 
 
+def one_arm(config: Config) -> bool:
+    """Return whether the arm is there only once: sim and ursim make one for each session."""
+    return config.backend not in ("sim", "ursim")
+
+
 def _unsafe(config: Config) -> list[str]:
     if config.backend == "ur" and not config.host:
         return ["backend = 'ur' needs the address of the arm's controller: robot.host, or --host"]
@@ -136,8 +141,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         DataError: The trial table holds no moves on the grid.
         ConfigError: The selection is empty, a tile is out of reach, a way leads near a singularity or out of the box,
             or a duration breaks a joint's limit.
-        HardwareError: The arm was stopped, and the record until then is in ``rescue_folder``; or the markers' stream
-            cannot be opened.
+        HardwareError: Another session drives the arm; it was stopped, and the record until then is in
+            ``rescue_folder``; or the markers' stream cannot be opened.
     """
     from hrcneuro.io.tables import read_table
     from hrcneuro.robot.plan import check_durations, check_paths, plan, sampling_rate, select
@@ -159,7 +164,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     try:
         with contextlib.ExitStack() as stack:
             on_onset = _on_onset(config, inputs.unit, moves, stamps, stack)
-            loop = stack.enter_context(_loop(config, workspace, on_onset, stack))
+            loop = stack.enter_context(_loop(config, workspace, inputs.unit, on_onset, stack))
             run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
     except BaseException as error:
         # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
@@ -216,7 +221,9 @@ def _write(
     return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
 
 
-def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None, stack: contextlib.ExitStack) -> Loop:
+def _loop(
+    config: Config, workspace: Workspace, subject: str, on_onset: OnOnset | None, stack: contextlib.ExitStack
+) -> Loop:
     from hrcneuro.robot.limits import Limits
     from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.safety import Supervisor
@@ -224,7 +231,7 @@ def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None, stack:
     from hrcneuro.robot.trajectory import Bounds
     from hrcneuro.robot.workspace import DOWN
 
-    arm, clock = _arm(config, workspace, stack)
+    arm, clock = _arm(config, workspace, subject, stack)
     tool = config.cell.tool
     return Loop(
         arm,
@@ -237,7 +244,7 @@ def _loop(config: Config, workspace: Workspace, on_onset: OnOnset | None, stack:
     )
 
 
-def _arm(config: Config, workspace: Workspace, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
+def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
     if config.backend == "sim":
         from hrcneuro.robot.sim import SimArm, VirtualClock
 
@@ -245,7 +252,10 @@ def _arm(config: Config, workspace: Workspace, stack: contextlib.ExitStack) -> t
         return SimArm(virtual, workspace.home().tolist()), virtual
 
     from hrcneuro.robot.backends import connect
+    from hrcneuro.robot.backends.lock import held
 
+    if one_arm(config):
+        stack.enter_context(held(config.backend, config.host, subject))
     arm, clock = connect(config.backend, host=config.host, driver=config.driver)
     stack.callback(clock.relax)
     return arm, clock

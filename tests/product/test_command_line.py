@@ -86,6 +86,18 @@ def test_what_a_stage_meets_decides_the_exit_code(hrcneuro, tiny, arguments, cod
         assert word in done.err
 
 
+@pytest.mark.parametrize("arm", [["backend=ur", "host=127.0.0.9"], ["backend=ros", "at_the_robot=true"]])
+@pytest.mark.parametrize("command", ["robot", "run"])
+def test_one_arm_takes_one_subject_a_command(hrcneuro, tiny, command, arm):
+    (tiny / "arm.toml").write_text('config = "tiny.toml"\nstages = ["robot"]\nreport = false\n')
+    given = ["run", tiny / "arm.toml", "-j", "2"] if command == "run" else ["robot", "--config", tiny / "tiny.toml"]
+    done = hrcneuro(*given, "--workdir", tiny, *(word for a in arm for word in ("--set", f"robot.{a}")))
+    assert done.code == 2, done.err
+    assert "one subject a command" in done.err
+    assert "(s01, s02)" in done.err
+    assert not (tiny / "cache" / "acquire").exists()
+
+
 def test_the_timing_report_tells_latency_and_jitter(hrcneuro, smoke):
     """Paper 2.3.4; what the figures are is read from the table that they summarise."""
     given = ["robot", "s01", "--config", ROOT / "configs" / "smoke.toml", "--workdir", smoke]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from hrcneuro.figures import robot as robot_figures
 from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
+from hrcneuro.robot.backends.lock import held
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.sim import Fault, SimArm
 from hrcneuro.sources.trials import TRIALS, study_trials
@@ -214,7 +217,7 @@ def test_contradictions_are_named(changes, match):
 
 
 def test_a_protective_stop_keeps_the_record(inputs, tmp_path, monkeypatch, no_figures):
-    def faulty(config, workspace, _):
+    def faulty(config, workspace, *_):
         from hrcneuro.robot.sim import VirtualClock
 
         clock = VirtualClock()
@@ -236,3 +239,34 @@ def test_nothing_heavy_is_imported_for_help():
     code = "import sys, hrcneuro.stages.robot; print(sorted({'numpy', 'pandas', 'ruckig', 'scipy'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.fixture
+def own_locks(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+
+@pytest.mark.usefixtures("own_locks")
+def test_one_session_an_arm():
+    """The second is refused with the first's name, whether it calls the arm by name or number; then it may."""
+    with held("ur", "127.0.0.1", "s01"):
+        for host in ("127.0.0.1", "localhost"):
+            with pytest.raises(HardwareError, match=rf"process {os.getpid()}, the session of s01") as caught:
+                held("ur", host, "s02").__enter__()
+            assert caught.value.cure
+        with held("ur", "127.0.0.3", "s02"), held("ros", "", "s02"):
+            pass
+    with held("ur", "127.0.0.1", "s02"):
+        pass
+
+
+def test_a_lock_that_cannot_be_opened_is_named(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    with pytest.raises(HardwareError, match=r"the lock of the arm \(ros\), .*missing.*No such file"):
+        held("ros", "", "s01").__enter__()
+
+
+@pytest.mark.usefixtures("own_locks")
+def test_the_lock_is_taken_by_the_session(inputs, tmp_path):
+    with held("ur", "127.0.0.1", "s09"), pytest.raises(HardwareError, match="the session of s09; nothing has moved"):
+        run(inputs, tmp_path / "out", backend="ur", host="127.0.0.1")
