@@ -48,7 +48,7 @@ def option(
         low, high: Inclusive limits of a number, or of each number in a tuple.
         open_low: ``low`` itself is not allowed.
         choices: The allowed strings.
-        location: A path, host or address: it says where, not what, so it stays out of the cache key.
+        location: A path, say: it says where, not what, so it stays out of the cache key.
         shared: Name of a top-level table of the configuration from which this field is filled.
     """
     meta = dict(

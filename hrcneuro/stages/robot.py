@@ -42,7 +42,8 @@ class Config:
         "rtde", "how ur and ursim are driven: ur_rtde's speedJ, or speedj lines on port 30003 as in the paper",
         choices=("rtde", "script"),
     )  # fmt: skip
-    host: str = option("", "address of the arm's controller, for backend ur", location=True)
+    # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
+    host: str = option("", "address of the arm's controller, for backend ur")
     at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", location=True)
     max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
     markers: str = option(

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.contract import Inputs
+from hrcneuro.contract import Inputs, params
 from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.figures import robot as robot_figures
 from hrcneuro.figures import robot_cell
@@ -214,6 +214,14 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
 )
 def test_contradictions_are_named(changes, match):
     assert any(match in mistake for mistake in robot.check(dataclasses.replace(robot.Config(), **changes)))
+
+
+def test_another_arm_is_another_result():
+    """Else a session on a simulated controller would be served as the real arm's; who stands there changes nothing."""
+    simulated = robot.Config(backend="ur", host="127.0.0.9")
+    real = dataclasses.replace(simulated, host="192.168.0.10")
+    assert params(simulated) != params(real)
+    assert params(real) == params(dataclasses.replace(real, at_the_robot=True))
 
 
 def test_a_protective_stop_keeps_the_record(inputs, tmp_path, monkeypatch, no_figures):
