@@ -14,7 +14,7 @@ from typing import Any
 
 import typer
 
-from hrcneuro.errors import HrcError, StageError
+from hrcneuro.errors import HrcError, StageError, StageInterrupted
 from hrcneuro.options import Options
 
 
@@ -34,6 +34,8 @@ def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
             code = command(options, **values)
             if sys.stdout is not None:
                 sys.stdout.flush()
+        except StageInterrupted as error:
+            code = _fail(name, options, Interrupted(error.problem, cure=error.cure))
         except KeyboardInterrupt:
             cure = "nothing half-written is kept; the same command goes on from here"
             code = _fail(name, options, Interrupted("interrupted", cure=cure))

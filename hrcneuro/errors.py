@@ -50,6 +50,15 @@ class HardwareError(HrcError):
     exit_code = 4
 
 
+class StageInterrupted(KeyboardInterrupt):
+    """Ctrl-C in a stage that has more to say about it; it passes every place that KeyboardInterrupt does."""
+
+    def __init__(self, problem: str, *, cure: str) -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.cure = cure
+
+
 def did_you_mean(word: str, allowed: Iterable[str]) -> str:
     """Return ``' (did you mean …?)'`` with the nearest allowed spelling, or an empty string."""
     near = difflib.get_close_matches(word, list(allowed), n=1, cutoff=0.6)

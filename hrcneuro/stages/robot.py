@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
-from hrcneuro.errors import HardwareError
+from hrcneuro.errors import HardwareError, StageError, StageInterrupted
 from hrcneuro.robot.cell import Cell
 
 if TYPE_CHECKING:
@@ -84,7 +84,9 @@ class Config:
     homing_acceleration: float = option(1.0, "to the home position", unit="rad/s²", low=0.01, high=10.0)
     homing_jerk: float = option(10.0, "to the home position", unit="rad/s³", low=0.1, high=200.0)
     rescue_folder: str = option(
-        "robot-stopped", "where the record of a session that was stopped is kept", location=True
+        "robot-stopped",
+        "where records of stopped sessions are kept, by subject and number",
+        location=True,
     )
     cell: Cell = option(Cell(), "where table, screen and arm stand")
 
@@ -168,15 +170,49 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             loop = stack.enter_context(_loop(config, workspace, inputs.unit, on_onset, stack))
             run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
     except BaseException as error:
+        if loop is None or not loop.record.telemetry().command.any():
+            raise
         # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
-        if loop is not None and len(loop.record):
-            folder = Path(config.rescue_folder) / inputs.unit
-            folder.mkdir(parents=True, exist_ok=True)
-            _write(config, loop, done, workspace, folder, rate, stamps)
-            if isinstance(error, HardwareError):
-                raise HardwareError(f"{error.problem}; the record is in {folder}", cure=error.cure) from error
-        raise
+        folder = Path(config.rescue_folder) / inputs.unit
+        kept = _rescue(folder, lambda place: _write(config, loop, done, workspace, place, rate, stamps))
+        raise _told(error, f"{kept}; it ended {_reached(loop, moves)}") from error
     return _write(config, loop, done, workspace, out, rate, stamps)
+
+
+def _rescue(folder: Path, write: Callable[[Path], object]) -> str:
+    """Write into the next numbered folder, so that no attempt overwrites another's record; return what became of it."""
+    place = folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        number = max([int(p.name) for p in folder.iterdir() if p.name.isdecimal()], default=0) + 1
+        place = folder / str(number)
+        place.mkdir()
+        write(place)
+    except Exception as flaw:
+        # What stopped the arm matters more.
+        return f"the record in {place} is not whole ({type(flaw).__name__}: {flaw})"
+    return f"the record is in {place}"
+
+
+def _reached(loop: Loop, moves: Sequence[Move]) -> str:
+    last = int(loop.record.telemetry().move.max())
+    if last < 0:
+        return "before the first move"
+    move = moves[last]
+    practice = "practice " if move.practice else ""
+    return f"in {practice}block {move.block}, episode {move.episode}, trial {move.trial}"
+
+
+def _told(error: BaseException, record: str) -> BaseException:
+    """Return the error with where the record is, and how to go on."""
+    anew = "the same command begins the session anew; robot.blocks and robot.episodes choose what is left of it"
+    if isinstance(error, KeyboardInterrupt):
+        return StageInterrupted(f"interrupted; the arm was stopped; {record}", cure=anew)
+    if isinstance(error, HardwareError):
+        return HardwareError(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
+    if isinstance(error, Exception):
+        return StageError(f"{type(error).__name__}: {error}; the arm was stopped; {record}", cure=anew)
+    return error
 
 
 def _on_onset(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import socket
@@ -134,7 +135,8 @@ def test_what_goes_wrong_on_the_way_ends_in_a_stop(study, surroundings, arm, fau
     known = "the arm was stopped" if fault == "program" else "was not seen at rest: it may be moving"
     assert f"{known}; the record is in" in done.stderr
     assert "rescued/s01" in done.stderr
-    telemetry = pd.read_parquet(study / "rescued" / "s01" / "telemetry.parquet")
+    (place,) = re.findall(r"rescued/s01/\d+", done.stderr)
+    telemetry = pd.read_parquet(study / place / "telemetry.parquet")
     assert telemetry["phase"].iloc[-1] == "stop"
     if fault == "program":
         assert not telemetry.filter(like="qd_command").iloc[-1].any()

@@ -22,7 +22,7 @@ from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.backends.lock import held
 from hrcneuro.robot.cell import Cell
-from hrcneuro.robot.sim import Fault, SimArm
+from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
 from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot
 from hrcneuro.tables import robot as robot_tables
@@ -224,23 +224,58 @@ def test_another_arm_is_another_result():
     assert params(real) == params(dataclasses.replace(real, at_the_robot=True))
 
 
-def test_a_protective_stop_keeps_the_record(inputs, tmp_path, monkeypatch, no_figures):
-    def faulty(config, workspace, *_):
-        from hrcneuro.robot.sim import VirtualClock
+@pytest.fixture
+def stopped(inputs, tmp_path, monkeypatch, no_figures):
+    """Run a session on an arm with a fault; return what it raised."""
 
-        clock = VirtualClock()
-        return SimArm(clock, workspace.home().tolist(), faults=(Fault("protective_stop", 12.0),)), clock
+    def attempt(fault, **changes):
+        def faulty(config, workspace, *_):
+            clock = VirtualClock()
+            return SimArm(clock, workspace.home().tolist(), faults=(fault,)), clock
 
-    monkeypatch.setattr(robot, "_arm", faulty)
-    with pytest.raises(HardwareError, match=r"protective stop.*the record is in .*rescue/s01") as caught:
-        run(inputs, tmp_path / "out")
-    assert caught.value.exit_code == 4
-    assert not list((tmp_path / "out").iterdir())
-    kept = tmp_path / "rescue" / "s01"
+        monkeypatch.setattr(robot, "_arm", faulty)
+        out = tmp_path / f"out{len(list(tmp_path.glob('out*')))}"
+        with pytest.raises(HardwareError) as caught:
+            run(inputs, out, lead_s=0.027, **changes)
+        assert not list(out.iterdir())
+        return caught.value
+
+    return attempt
+
+
+def test_a_protective_stop_keeps_the_record(stopped, tmp_path):
+    error = stopped(Fault("protective_stop", 12.0))
+    kept = tmp_path / "rescue" / "s01" / "1"
+    assert error.exit_code == 4
+    assert "protective stop" in error.problem
+    assert f"the record is in {kept}; it ended in block" in error.problem
+    assert "hrcneuro never unlocks one" in str(error)
+    assert "begins the session anew; robot.blocks and robot.episodes" in error.cure
     telemetry = pd.read_parquet(kept / "telemetry.parquet")
     assert telemetry["time_s"].iloc[-1] >= 12.0
     assert telemetry["safety_bits"].iloc[-1] == 4
-    assert len(pd.read_parquet(kept / "moves.parquet")) > 1
+    moves = pd.read_parquet(kept / "moves.parquet")
+    assert len(moves) > 1
+
+
+def test_no_attempt_overwrites_the_record_of_another(stopped, tmp_path):
+    """Nor does one that is refused before anything moves leave an empty record."""
+    kept = tmp_path / "rescue" / "s01"
+    stopped(Fault("protective_stop", 6.0))
+    before = (kept / "1" / "telemetry.parquet").read_bytes()
+    refused = stopped(Fault("protective_stop", 0.0))
+    assert "record" not in refused.problem
+    assert [p.name for p in kept.iterdir()] == ["1"]
+    assert "before the first move" in stopped(Fault("protective_stop", 0.2), cell=Cell(home=0.1)).problem
+    assert sorted(p.name for p in kept.iterdir()) == ["1", "2"]
+    assert (kept / "1" / "telemetry.parquet").read_bytes() == before
+
+
+def test_a_record_that_cannot_be_written_hides_no_stop(stopped, tmp_path):
+    (tmp_path / "file").touch()
+    error = stopped(Fault("protective_stop", 6.0), rescue_folder=str(tmp_path / "file"))
+    assert "protective stop" in error.problem
+    assert "is not whole (NotADirectoryError" in error.problem
 
 
 def test_nothing_heavy_is_imported_for_help():
