@@ -167,17 +167,24 @@ def test_ctrl_c_in_mid_move_ends_at_rest_and_keeps_the_record(lsl, hrcneuro, tmp
     given = ["s01", "--config", tmp_path / "one.toml", "--workdir", tmp_path]
     assert hrcneuro("acquire", *given).code == 0
     command = [sys.executable, "-m", "hrcneuro", "robot", *map(str, given)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    # As in a terminal, the interrupt goes to everything that the command started.
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path, start_new_session=True
+    )
     inlet = listen(lsl, "hrcneuro robot s01")
     sample, _ = inlet.pull_sample(timeout=60.0)
     with pytest.raises(subprocess.TimeoutExpired):
         # Half of the move, 0.6 s, goes by.
         process.wait(timeout=0.3)
-    process.send_signal(signal.SIGINT)
+    os.killpg(process.pid, signal.SIGINT)
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 130, err
     assert "Traceback" not in err
-    kept = tmp_path / "robot-stopped" / "s01"
+    kept = tmp_path / "robot-stopped" / "s01" / "1"
+    told = " ".join(err.split())
+    assert f"the record is in {kept.relative_to(tmp_path)}; it ended in block 1, episode" in told
+    assert "begins the session anew" in told
+    assert "goes on from here" not in told
     telemetry = pd.read_parquet(kept / "telemetry.parquet")
     assert sample[0].endswith("trial=0")
     assert (telemetry["move"] == 0).sum() > 1

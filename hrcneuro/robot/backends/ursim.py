@@ -81,6 +81,8 @@ def _start(options: tuple[str, ...]) -> tuple[subprocess.Popen[Any], str]:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            # Ctrl-C in a terminal goes to all in its session: it must not take the arm from a controlled stop.
+            start_new_session=True,
         )  # fmt: skip
         assert process.stdout is not None
         # A controller that hangs before it listens is killed, which ends the wait for its first line.
