@@ -13,6 +13,7 @@ from hrcneuro.errors import HardwareError
 NAME = "hrcneuro-moves"
 _TRIES = 5
 _AT_ONCE = 5e-5  # s
+_SLICE = 0.2  # s
 
 
 class MarkerOutlet:
@@ -45,11 +46,14 @@ class MarkerOutlet:
         Raises:
             HardwareError: Nobody does within ``seconds``.
         """
-        if not self._outlet.wait_for_consumers(timeout=seconds):
-            raise HardwareError(
-                f"nobody listens to the marker stream {NAME!r} after {seconds:g} s; nothing has moved",
-                cure="start the recorder and choose the stream, or wait longer or not at all: robot.recorder_wait_s",
-            )
+        # In slices: liblsl waits in one call, in which Python does not hear Ctrl-C.
+        end = self._clock() + seconds
+        while not self._outlet.wait_for_consumers(timeout=min(_SLICE, seconds)):
+            if self._clock() >= end:
+                raise HardwareError(
+                    f"nobody listens to the marker stream {NAME!r} after {seconds:g} s; nothing has moved",
+                    cure="start the recorder and choose the stream; wait longer, or not at all: robot.recorder_wait_s",
+                )
 
     def send(self, text: str, age: Callable[[], float]) -> float:
         """Send a marker of what was ``age()`` seconds ago; return its stamp, on LSL's clock, seconds."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pandas as pd
@@ -116,6 +118,16 @@ def test_without_the_extra_the_cure_is_named(monkeypatch):
         MarkerOutlet("test")
     assert "hrcneuro[lsl]" in caught.value.cure
     assert caught.value.exit_code == 4
+
+
+def test_ctrl_c_ends_the_wait_for_a_recorder(lsl):
+    began = lsl.local_clock()
+    with MarkerOutlet("test wait") as outlet, pytest.raises(KeyboardInterrupt):
+        interrupt = threading.Timer(0.05, _thread.interrupt_main)
+        interrupt.start()
+        outlet.wait(10.0)
+    interrupt.join()
+    assert lsl.local_clock() - began < 8.0
 
 
 def test_liblsl_is_silent_where_nobody_configured_it(lsl, tmp_path):
