@@ -28,11 +28,11 @@ def robot(
     options = replace(options, set=given)
     settings = commands.settings(options)
     if settings.sections["robot"].backend != "sim":
-        # There is one arm: no two subjects at a time, and Ctrl-C reaches the loop that drives it.
+        # In real time no two subjects at once, and Ctrl-C must reach the loop that drives the arm.
         options = replace(options, executor="serial")
     code = commands.stage("robot", options, subjects)
     if timing and code == 0 and not options.dry_run and not options.json:
-        for subject in subjects or settings.study.subjects:
+        for subject in subjects or settings.included:
             print(_timing(options, subject))
     return code
 

@@ -116,6 +116,13 @@ def test_the_timing_report_tells_latency_and_jitter(hrcneuro, smoke):
     assert {"t = 0 to the marker sent", "t = 0 to the first sample with it", "its jitter", "control cycle"} <= set(rows)
 
 
+def test_the_timing_report_leaves_out_who_is_left_out(hrcneuro, smoke):
+    given = ["robot", "--config", ROOT / "configs" / "smoke.toml", "--workdir", smoke, "--timing"]
+    done = hrcneuro(*given, "--set", 'study.exclude=["s02"]')
+    assert done.code == 0, done.err
+    assert re.findall(r"^(\w+): timing in ms", done.out, flags=re.M) == ["s01", "s03"]
+
+
 def test_the_version_is_printed(hrcneuro):
     assert re.fullmatch(r"hrcneuro \d+\.\d+\.\d+\n", hrcneuro("--version").out)
 
