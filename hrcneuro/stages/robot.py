@@ -207,11 +207,11 @@ def _told(error: BaseException, record: str) -> BaseException:
     """Return the error with where the record is, and how to go on."""
     anew = "the same command begins the session anew; robot.blocks and robot.episodes choose what is left of it"
     if isinstance(error, KeyboardInterrupt):
-        return StageInterrupted(f"interrupted; the arm was stopped; {record}", cure=anew)
+        return StageInterrupted(f"interrupted; {record}", cure=anew)
     if isinstance(error, HardwareError):
         return HardwareError(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
     if isinstance(error, Exception):
-        return StageError(f"{type(error).__name__}: {error}; the arm was stopped; {record}", cure=anew)
+        return StageError(f"{type(error).__name__}: {error}; {record}", cure=anew)
     return error
 
 
