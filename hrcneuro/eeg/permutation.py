@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 # Equal statistics that differ by rounding count as ties, for a tie counts against significance.
 _TIE = 1e-10
 # Columns and flips a block of the matrix product: about one megabyte.
-_COLUMNS, _ROWS = 1024, 128
+_COLUMNS, _ROWS = 1024, 64
 
 
 @dataclass(frozen=True)
@@ -216,9 +216,10 @@ def _share_extremes(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
     for start in range(0, flat.shape[1], _COLUMNS):
         columns = slice(start, start + _COLUMNS)
         scaled = flat[:, columns] * scale[columns]
+        room = np.empty((_ROWS, scaled.shape[1]))
         for first in range(0, len(signs), _ROWS):
             rows = slice(first, first + _ROWS)
-            sums = signs[rows] @ scaled
+            sums = np.matmul(signs[rows], scaled, out=room[: len(signs[rows])])
             np.maximum(highs[rows], sums.max(axis=1), out=highs[rows])
             np.minimum(lows[rows], sums.min(axis=1), out=lows[rows])
     return np.clip(lows, -1, 1), np.clip(highs, -1, 1)
