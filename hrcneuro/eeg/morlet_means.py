@@ -11,7 +11,6 @@ A wavelet whose spectrum is wide (the kernel's ends cut the slowest one off) goe
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +29,8 @@ PATTERNS = 64
 COLUMNS = 4096
 # Trials a block: fewer make more calls, more leave the caches.
 BLOCK = 24
+# Trials that are transformed at a time.
+FEW = 8
 
 
 def mean_magnitudes(
@@ -46,7 +47,7 @@ def mean_magnitudes(
     order = np.argsort(pattern_of, axis=None, kind="stable")
     order = order[np.isin(order, np.flatnonzero(masks.any(axis=0)))]
     ids = pattern_of.ravel()[order]
-    shape = (len(plan.bands), plan.grid.n_kept, data.shape[1])
+    shape = (len(wavelets.frequencies), plan.grid.n_kept, data.shape[1])
     total = np.zeros((len(masks), int(np.prod(shape))))
     for first in range(0, len(patterns), PATTERNS):
         some = slice(*np.searchsorted(ids, [first, first + PATTERNS]))
@@ -78,23 +79,6 @@ class _Grid:
 
 
 @dataclass(frozen=True)
-class _Spectra:
-    """The spectra of a block of epochs; its rows are trials × channels."""
-
-    half: NDArray[np.complex64]  # (rows, bins up to half the sampling rate); the others mirror them, the data are real
-    around: NDArray[np.complex64]  # (bins from ``lowest`` onwards, rows)
-    lowest: int
-
-
-@dataclass(frozen=True)
-class _Run:
-    """Trials of a block, one after the other, that belong to the same pattern of memberships."""
-
-    pattern: int
-    trials: slice
-
-
-@dataclass(frozen=True)
 class _Narrow:
     """A wavelet of few bins: ``weights`` around the bin ``centre``, and what each pair of bins adds at each sample."""
 
@@ -107,18 +91,26 @@ class _Narrow:
     def side(self) -> int:
         return len(self.weights) // 2
 
-    def add_to(self, sums: NDArray[np.float32], spectra: _Spectra, runs: Sequence[_Run], grid: _Grid) -> None:
-        """Add the magnitudes of each run's trials to its pattern's ``sums`` (patterns, kept samples, channels)."""
-        start = self.centre - self.side - spectra.lowest
-        bins = spectra.around[start : start + len(self.weights)] * self.weights[:, None]
+    def add_to(
+        self, sums: NDArray[np.float32], near: NDArray[np.complex64], ids: NDArray[np.intp], grid: _Grid
+    ) -> None:
+        """Add the magnitudes of trials to the sums of their patterns.
+
+        Args:
+            sums: Shape (patterns, kept samples, channels).
+            near: The bins from ``centre - side`` onwards, shape (bins, trials × channels).
+            ids: The pattern of each trial, in rising order.
+            grid: The samples to keep.
+        """
+        bins = near[: len(self.weights)] * self.weights[:, None]
         up, down = bins[self.side :], bins[self.side :: -1]
         # Real and imaginary parts lie side by side, so that one real product serves both.
         even = self.cosine @ (up + down).view(np.float32)
         odd = self.sine @ ((up - down) * np.complex64(1j)).view(np.float32)
         after = (even + odd).view(np.complex64)
         before = np.subtract(even, odd, out=even).view(np.complex64)
-        _add_runs(sums[:, grid.middle :], np.abs(after)[: grid.n_kept - grid.middle], runs)
-        _add_runs(sums[:, : grid.middle], np.abs(before)[:0:-1], runs)
+        _add_trials(sums[:, grid.middle :], np.abs(after)[: grid.n_kept - grid.middle], ids)
+        _add_trials(sums[:, : grid.middle], np.abs(before)[:0:-1], ids)
 
 
 @dataclass(frozen=True)
@@ -127,25 +119,27 @@ class _Wide:
 
     weights: NDArray[np.float32]
 
-    def add_to(self, sums: NDArray[np.float32], spectra: _Spectra, runs: Sequence[_Run], grid: _Grid) -> None:
-        """Do the same as :meth:`_Narrow.add_to`; keeping every n-th sample folds the spectrum n times."""
-        half = spectra.half
-        bins = np.empty((len(half), grid.length), np.complex64)
+    def add_to(
+        self, sums: NDArray[np.float32], half: NDArray[np.complex64], ids: NDArray[np.intp], grid: _Grid
+    ) -> None:
+        """Do the same as :meth:`_Narrow.add_to` with ``half`` of the spectra, shape (trials × channels, bins)."""
         n = half.shape[1]
+        bins = np.empty((len(half), grid.length), np.complex64)
         np.multiply(half, self.weights[:n], out=bins[:, :n])
         np.conj(half[:, grid.length - n : 0 : -1], out=bins[:, n:])
         bins[:, n:] *= self.weights[n:]
+        # Keeping every n-th sample folds the spectrum n times.
         folded = bins.reshape(len(bins), grid.step, -1).sum(axis=1)
-        size = np.abs(scipy.fft.ifft(folded, overwrite_x=True)).T
-        _add_runs(sums[:, grid.middle :], size[: grid.n_kept - grid.middle], runs)
-        _add_runs(sums[:, : grid.middle], size[len(size) - grid.middle :], runs)
+        sizes = np.abs(scipy.fft.ifft(folded, overwrite_x=True)).T
+        _add_trials(sums[:, grid.middle :], sizes[: grid.n_kept - grid.middle], ids)
+        _add_trials(sums[:, : grid.middle], sizes[len(sizes) - grid.middle :], ids)
 
 
 @dataclass(frozen=True)
 class _Plan:
     grid: _Grid
-    bands: tuple[_Narrow | _Wide, ...]
-    around: range  # the bins, of either sign, that the narrow ones among them need
+    narrow: dict[int, _Narrow]  # by number of the wavelet
+    wide: dict[int, _Wide]
 
     @classmethod
     def of(cls, wavelets: Wavelets, n_times: int, step: int) -> _Plan:
@@ -159,11 +153,12 @@ class _Plan:
         spectra = np.fft.fft(kernels).real * (2 / wavelets.peaks(n_times))[:, None]
         grid = _Grid(n_times, step, length)
         centres = [round(f * length / wavelets.sfreq) for f in wavelets.frequencies]
-        bands = tuple(_band(spectrum, centre, grid) for spectrum, centre in zip(spectra, centres, strict=True))
-        narrow = [band for band in bands if isinstance(band, _Narrow)]
-        lowest = min((band.centre - band.side for band in narrow), default=0)
-        highest = max((band.centre + band.side for band in narrow), default=-1)
-        return cls(grid, bands, range(lowest, highest + 1))
+        bands = [_band(spectrum, centre, grid) for spectrum, centre in zip(spectra, centres, strict=True)]
+        return cls(
+            grid,
+            {i: band for i, band in enumerate(bands) if isinstance(band, _Narrow)},
+            {i: band for i, band in enumerate(bands) if isinstance(band, _Wide)},
+        )
 
 
 def _band(spectrum: NDArray[np.float64], centre: int, grid: _Grid) -> _Narrow | _Wide:
@@ -195,34 +190,40 @@ def _add_magnitudes(
         ids: The pattern of each of them, in rising order.
         plan: What to compute.
     """
+    channels, length = data.shape[1], plan.grid.length
+    lowest = min((band.centre - band.side for band in plan.narrow.values()), default=0)
+    highest = max((band.centre + band.side for band in plan.narrow.values()), default=-1)
+    bins = np.arange(lowest, highest + 1) % length
+    mirrored = bins > length // 2
+    source = np.where(mirrored, length - bins, bins)
     for start in range(0, len(trials), BLOCK):
-        mine = ids[start : start + BLOCK]
-        edges = [0, *(np.flatnonzero(np.diff(mine)) + 1), len(mine)]
-        runs = [_Run(mine[first], slice(first, stop)) for first, stop in itertools.pairwise(edges)]
-        spectra = _spectra(data, trials[start : start + BLOCK], plan)
-        for i, band in enumerate(plan.bands):
-            band.add_to(sums[:, i], spectra, runs, plan.grid)
+        block, mine = trials[start : start + BLOCK], ids[start : start + BLOCK]
+        near = np.empty((len(bins), len(block) * channels), np.complex64)
+        for first in range(0, len(block), FEW):
+            few = slice(first, first + FEW)
+            half = _half_spectra(data, block[few], plan.grid)
+            near[:, first * channels : (first + FEW) * channels] = half.T[source]
+            for i, wide in plan.wide.items():
+                wide.add_to(sums[:, i], half, mine[few], plan.grid)
+        near[mirrored] = near[mirrored].conj()
+        for i, narrow in plan.narrow.items():
+            narrow.add_to(sums[:, i], near[narrow.centre - narrow.side - lowest :], mine, plan.grid)
 
 
-def _spectra(data: NDArray[np.floating], block: NDArray[np.intp], plan: _Plan) -> _Spectra:
-    length = plan.grid.length
-    zero = plan.grid.middle * plan.grid.step
-    padded = np.zeros((len(block), data.shape[1], length), np.float32)
+def _half_spectra(data: NDArray[np.floating], block: NDArray[np.intp], grid: _Grid) -> NDArray[np.complex64]:
+    """Return the block's spectra up to half the sampling rate, shape (trials × channels, bins)."""
+    zero = grid.middle * grid.step
+    padded = np.zeros((len(block), data.shape[1], grid.length), np.float32)
     for row, trial in zip(padded, block, strict=True):
         row[:, : data.shape[2] - zero] = data[trial, :, zero:]
-        row[:, length - zero :] = data[trial, :, :zero]
-    half = scipy.fft.rfft(padded.reshape(-1, length))
-    bins = np.arange(plan.around.start, plan.around.stop) % length
-    mirrored = bins > length // 2
-    around = half.T[np.where(mirrored, length - bins, bins)]
-    around[mirrored] = around[mirrored].conj()
-    return _Spectra(half, around, plan.around.start)
+        row[:, grid.length - zero :] = data[trial, :, :zero]
+    half: NDArray[np.complex64] = scipy.fft.rfft(padded.reshape(-1, grid.length))
+    return half
 
 
-def _add_runs(sums: NDArray[np.float32], sizes: NDArray[np.float32], runs: Sequence[_Run]) -> None:
-    """Add sizes (samples, trials × channels), summed over each run's trials, to ``sums`` of the run's pattern."""
-    channels = sums.shape[2]
-    for run in runs:
-        rows = slice(run.trials.start * channels, run.trials.stop * channels)
-        trials = sizes[:, rows].reshape(len(sizes), run.trials.stop - run.trials.start, channels)
-        sums[run.pattern] += np.einsum("stc->sc", trials)  # several times quicker than sum(axis=1)
+def _add_trials(sums: NDArray[np.float32], sizes: NDArray[np.float32], ids: NDArray[np.intp]) -> None:
+    """Add sizes (samples, trials × channels) to the ``sums`` (patterns, samples, channels) of the trials' patterns."""
+    trials = sizes.reshape(len(sizes), len(ids), sums.shape[2])
+    edges = [0, *(np.flatnonzero(np.diff(ids)) + 1), len(ids)]
+    for start, stop in itertools.pairwise(edges):
+        sums[ids[start]] += np.einsum("stc->sc", trials[:, start:stop])  # several times quicker than sum(axis=1)
