@@ -143,6 +143,7 @@ class Run:
         self.records: dict[Task, Record] = {}
         self.parts: dict[Task, dict[str, Any]] = {}
         self._static: dict[str, dict[str, Any]] = {}
+        self._faults: dict[Task, str] = {}  # of entries that are redone since they were found altered
 
     def plan(self, wanted: Iterable[Task], *, force: bool = False) -> list[Item]:
         """Return what would happen, without running, writing or locking anything."""
@@ -171,7 +172,12 @@ class Run:
         try:
             while waiting or running:
                 for task in [t for t, upstream in waiting.items() if all(self._settled(u) for u in upstream)]:
+                    if not all(self._settled(u) for u in graph[task]):
+                        continue  # one of them has just been found altered
                     item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
+                    if not item.state and (altered := self._altered(graph[task])):
+                        waiting |= {again: graph[again] for again in (*altered, task)}
+                        continue
                     item.state = item.state or "running"
                     report(task, item)
                     if item.state == "running":
@@ -211,6 +217,8 @@ class Run:
         if record is not None:
             item.state = "hit"
             self._accept(task, record, dry=dry)
+        elif task in self._faults:
+            item.why = [self._faults[task]]
         elif not item.why:
             last = self.workdir.last(task.stage, task.unit)
             item.why = ["forced"] if force else why.causes(task.stage, last, parts) or ["entry gone from the cache"]
@@ -224,6 +232,23 @@ class Run:
             if not dry:
                 cache.quarantine(task.stage, task.unit, item.key)
         return record
+
+    def _altered(self, upstream: Mapping[Task, tuple[str, ...]]) -> list[Task]:
+        """Return the tasks of which a file about to be read is no longer what was written, for them to be redone.
+
+        Their sizes were right, or they would not be hits; a content that changed must not go into what stands on it.
+        """
+        altered = []
+        for source, files in self._files(upstream).items():
+            if self.items[source].state != "hit":
+                continue
+            outputs = self.records[source].outputs
+            if changed := [name for name, path in files.items() if self._content(path) != outputs[name]["sha256"]]:
+                self.workdir.cache.quarantine(source.stage, source.unit, self.items[source].key)
+                self._faults[source] = f"corrupt: the content of {changed[0]} has changed"
+                del self.items[source]
+                altered.append(source)
+        return altered
 
     def _parts(self, task: Task, upstream: Mapping[Task, tuple[str, ...]]) -> dict[str, Any]:
         """Return the named parts of a task's key."""
@@ -259,13 +284,8 @@ class Run:
         self, task: Task, upstream: Mapping[Task, tuple[str, ...]], force: bool, provenance: Mapping[str, Any]
     ) -> Job:
         files: dict[str, dict[str, dict[str, Path]]] = {}
-        for source, patterns in upstream.items():
-            folder = self.workdir.cache.folder(source.stage, source.unit, self.items[source].key)
-            files.setdefault(source.stage, {})[source.unit] = {
-                name: folder / name
-                for name in self.records[source].outputs
-                if any(fnmatch(name, pattern) for pattern in patterns)
-            }
+        for source, found in self._files(upstream).items():
+            files.setdefault(source.stage, {})[source.unit] = found
         return Job(
             stage=task.stage,
             unit=task.unit,
@@ -277,6 +297,15 @@ class Run:
             provenance=provenance,
             force=force,
         )
+
+    def _files(self, upstream: Mapping[Task, tuple[str, ...]]) -> dict[Task, dict[str, Path]]:
+        """Return the files, by name, that a task reads of each that it stands on."""
+        found = {}
+        for source, patterns in upstream.items():
+            folder = self.workdir.cache.folder(source.stage, source.unit, self.items[source].key)
+            names = self.records[source].outputs
+            found[source] = {n: folder / n for n in names if any(fnmatch(n, pattern) for pattern in patterns)}
+        return found
 
     def _finish(self, task: Task, outcome: Outcome) -> None:
         item = self.items[task]

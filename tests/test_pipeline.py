@@ -200,6 +200,26 @@ def test_a_corrupt_entry_is_quarantined_and_rebuilt(house, workdir):
     assert len(list(workdir.cache.root.glob(".quarantine/*"))) == 1
 
 
+def test_a_content_that_changed_is_not_read(house, workdir):
+    bring(settings(), workdir)
+    before = workdir.artifact("total", "group", "z.txt").read_text()
+    workdir.artifact("scale", "a", "y.txt").write_text("?")  # of the same size
+    items = {f"{i.stage} {i.unit}": i for i in bring(settings(), workdir, force=True, names=("total",))}
+    assert items["scale a"].why == ["corrupt: the content of y.txt has changed"]
+    assert (items["scale a"].state, items["scale b"].state) == ("ran", "hit")
+    assert workdir.artifact("total", "group", "z.txt").read_text() == before
+    assert len(list(workdir.cache.root.glob(".quarantine/*"))) == 1
+
+
+def test_of_several_that_would_read_a_changed_content_each_waits(house, workdir):
+    bring(settings(), workdir, names=("source",))
+    for unit in "ab":
+        workdir.artifact("source", unit, "x.txt").write_text("?")
+    items = {f"{i.stage} {i.unit}": i.state for i in bring(settings(), workdir)}
+    assert set(items.values()) == {"ran"}
+    assert workdir.artifact("total", "group", "z.txt").read_text() == "ab"
+
+
 def test_excluded_subjects_stop_before_the_analyses(house, workdir):
     items = bring(settings(exclude=("b",)), workdir, names=("source", "scale", "total"))
     assert set(states(items)) == {"source a", "source b", "scale a", "total group"}
