@@ -11,10 +11,11 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hrcneuro.analyses.contrasts import named_test
-from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE
+from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE, legend_below, shade_gap
 from hrcneuro.figures.topomap import Map, Scalp
 from hrcneuro.report.maps import Tested
 from hrcneuro.report.results import Results
@@ -24,6 +25,7 @@ _HUES = {"HR": COLOURS[0], "RH": COLOURS[1]}
 # Where the responses of this paradigm lie; the nearest gives way to where most electrodes are significant.
 _MAP_TIMES_S = (0.1, 0.3, 0.5, 0.7)
 _WIDTH, _HEIGHT = 4.7, 4.5  # inches a panel
+_HEAD, _FOOT = 0.5, 0.85  # inches above and below all panels
 
 
 @dataclass(frozen=True)
@@ -68,12 +70,13 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
     traces = {(r["scenario"], r["condition"]): r for r in means[means["channel"] == channel].to_dict("records")}
     limit = max(float(np.quantile(np.abs(erp[p.key].difference), 0.998)) for p in panels)
     scalp = Scalp.of(_positions(results, erp[panels[0].key].channels))
+    gap = _gap_s(results)
     rows = len(panels) // 2
+    high = rows * _HEIGHT + _FOOT - 0.17
     with rc_context(STYLE):
-        figure = Figure(figsize=(2 * _WIDTH, rows * _HEIGHT + 0.45))
-        high = rows * _HEIGHT + 0.45
+        figure = Figure(figsize=(2 * _WIDTH, high))
         grid = figure.add_gridspec(
-            rows, 2, left=0.07, right=0.955, top=1 - 0.5 / high, bottom=0.62 / high, wspace=0.2, hspace=0.32
+            rows, 2, left=0.07, right=0.955, top=1 - _HEAD / high, bottom=_FOOT / high, wspace=0.2, hspace=0.32
         )
         waves = []
         for i, panel in enumerate(panels):
@@ -86,17 +89,40 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
                 scalp.draw(figure.add_subplot(parts[0]), shown, limit, slots=len(_MAP_TIMES_S), bar=True)
             axes = figure.add_subplot(parts[2])
             _waves(axes, panel, traces, tested, times, channel)
+            shade_gap(axes, gap, float(tested.times[-1]))
             waves.append(axes)
-            _rhythms(figure, figure.add_subplot(parts[4], sharex=axes), ersp.get(panel.key))
+            below = figure.add_subplot(parts[4], sharex=axes)
+            _rhythms(figure, below, ersp.get(panel.key))
+            shade_gap(below, gap, float(tested.times[-1]), above=True)
             place = cell.get_position(figure)
             figure.text(place.x0 - 0.055, place.y1 + 0.3 / high, panel.letter, fontsize=12, fontweight="bold")
             figure.text(place.x0 - 0.03, place.y1 + 0.31 / high, panel.title, fontsize=9)
-        test = named_test(results.settings.sections["erp"], subjects=erp[panels[0].key].n)
-        figure.text(0.07, 0.06 / high, f"bands: standard error; {test}", fontsize=6.5, color=GREY, va="bottom")
+        spans = [Patch(facecolor="0.82", label="significant difference")]
+        legend_below(figure, spans if any(erp[p.key].within((channel,)).any for p in panels) else [], gap)
+        foot = f"bands: standard error; {_tests(results, panels[0].key)}"
+        figure.text(0.1 / (2 * _WIDTH), 0.06 / high, foot, fontsize=6.5, color=GREY, va="bottom")
         low, top = min(a.get_ylim()[0] for a in waves), max(a.get_ylim()[1] for a in waves)
         for axes in waves:
             axes.set_ylim(low, top)
     return figure
+
+
+def _tests(results: Results, key: tuple[str, str]) -> str:
+    """Return what the tests of potentials and rhythms are: apart where they differ."""
+    named = {
+        what: named_test(results.settings.sections[stage], subjects=results.maps(stage)[key].n)
+        for stage, what in (("erp", "potentials"), ("ersp", "rhythms"))
+        if key in results.maps(stage)
+    }
+    if len(set(named.values())) == 1:
+        return named["potentials"]
+    return "; ".join(f"{what}: {test}" for what, test in named.items())
+
+
+def _gap_s(results: Results) -> float:
+    """Return the shortest time to the next onset over subjects and averages, as erp's own figures have it; or NaN."""
+    gaps = [table["gap_s"].min() for table in results.tables("erp", "averages.parquet").values()]
+    return float(min((gap for gap in gaps if np.isfinite(gap)), default=np.nan))
 
 
 def map_times(tested: Tested) -> list[float]:
@@ -119,11 +145,10 @@ def _waves(
     axes: Axes, panel: Panel, traces: dict[Any, Any], tested: Tested, times: Sequence[float], channel: str
 ) -> None:
     ms = 1000 * tested.times
-    row = tested.channels.index(channel) if channel in tested.channels else None
-    if row is not None and tested.significant[row].any():
+    here = tested.within((channel,)).significant.any(axis=0)
+    if here.any():
         half = (ms[1] - ms[0]) / 2
-        edges = np.flatnonzero(np.diff(np.r_[False, tested.significant[row], False].astype(int))).reshape(-1, 2)
-        for start, stop in edges:
+        for start, stop in np.flatnonzero(np.diff(np.r_[False, here, False].astype(int))).reshape(-1, 2):
             axes.axvspan(ms[start] - half, ms[stop - 1] + half, color="0.82", lw=0, zorder=0)
     axes.axhline(0, color="0.6", lw=0.5)
     axes.axvline(0, color="0.6", lw=0.5)
