@@ -155,8 +155,8 @@ def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permu
 def strata(trials: Trials, score_table: np.ndarray, *, min_trials: int) -> tuple[Stratum, ...]:
     """Return the balanced accuracy of held-out trials in each stratum of each cue.
 
-    The decoders were trained on all training trials: retraining on matched ones has too little power
-    (paper/notes.md). A stratum with fewer than ``min_trials`` of a class has NaN.
+    The decoders were trained on all training trials: those retrained on matched ones learn from fewer and have less
+    power (docs/synthetic.md). A stratum with fewer than ``min_trials`` of a class has NaN.
     """
     found = []
     for cue, values in trials.cues.items():

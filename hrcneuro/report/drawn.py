@@ -28,8 +28,8 @@ class Drawing:
 _SIGNIFICANT = (
     "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
     "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
-    "wavelet magnitudes that is largest over the channels. The figure's foot names the test; the paper's own (its S2) "
-    "is not at hand."
+    "wavelet magnitudes that is largest over the channels. Hatched: the next onset may fall here, so that its response "
+    "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand."
 )
 DRAWINGS = (
     Drawing(
@@ -50,9 +50,12 @@ DRAWINGS = (
         ("decode",),
         "Confound panel",
         "Is it the takeover that is decoded, or the error and the turn that go with it? Balanced accuracy of held-out "
-        "trials: mean and 95 % interval over subjects, dots are subjects; at the right trials a class and subject. "
-        "Red: decoders trained on all trials, scored within a stratum. An effect of anticipation keeps its level in "
-        "every stratum; a response to errors falls to 50 %. Brown: rules that never look at EEG.",
+        "trials: mean and 95 % interval over subjects, dots are subjects, triangles the smallest mean that a one-sided "
+        "t test finds with 80 % power; at the right trials a class and subject. Magenta: decoders trained on all "
+        "trials, scored within a stratum. After an error and after none, anticipation keeps its level (a response to "
+        "turns does so, too) and a response to errors falls to 50 %; before a turn, a response to turns falls to 50 %, "
+        "one to errors need not. Blue: trained on trials after no error alone, and scored on them; with fewer trials "
+        "to learn from, accuracy is lost whatever is decoded. Brown: rules that never look at EEG.",
     ),
     Drawing(
         "moves",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib import rc_context
@@ -11,8 +13,8 @@ from matplotlib.figure import Figure
 from hrcneuro.figures.style import GREY, STYLE
 from hrcneuro.report.results import Results
 
-_PLAIN, _STRATUM, _FREE = "#222222", "#b0246a", "#b36b00"
-# Column of the subjects' scores -> label, colour, stratum; a gap before each block.
+_PLAIN, _STRATUM, _RETRAINED, _FREE = "#222222", "#b0246a", "#2166ac", "#b36b00"
+# Column of the subjects' scores -> label, colour, stratum whose trials it rests on; a gap before each block.
 ROWS: tuple[tuple[str, str, str, tuple[str, bool] | None] | None, ...] = (
     ("bacc", "all trials", _PLAIN, None),
     ("lobo_bacc", "one block left out", _PLAIN, None),
@@ -21,7 +23,8 @@ ROWS: tuple[tuple[str, str, str, tuple[str, bool] | None] | None, ...] = (
     ("prev_error_yes_bacc", "after an error", _STRATUM, ("prev_error", True)),
     ("turn_no_bacc", "no turn ahead", _STRATUM, ("turn", False)),
     ("turn_yes_bacc", "turn ahead", _STRATUM, ("turn", True)),
-    ("matched_bacc", "retrained after no error", _STRATUM, None),
+    None,
+    ("matched_bacc", "retrained after no error", _RETRAINED, ("prev_error", False)),
     None,
     ("prev_error_fitted_bacc", "no EEG: previous error", _FREE, None),
     ("turn_fitted_bacc", "no EEG: turn ahead", _FREE, None),
@@ -40,23 +43,27 @@ def draw(results: Results) -> Figure | None:
         return None
     strata = results.tables("decode", "strata.parquet")
     sizes = pd.concat(list(strata.values())) if strata else pd.DataFrame()
+    table2 = results.table("decode", "group", "table2.parquet")
     panels = list(scores.groupby(["scenario", "problem"], sort=True))
     with rc_context(STYLE):
-        figure = Figure(figsize=(1.9 + 2.0 * len(panels), 3.6), layout="constrained")
+        figure = Figure(figsize=(1.9 + 2.0 * len(panels), 3.8), layout="constrained")
         axes = figure.subplots(1, len(panels), sharey=True, sharex=True, squeeze=False)[0]
         for axis, ((scenario, problem), part) in zip(axes, panels, strict=True):
-            if len(sizes):
-                here = sizes[(sizes["scenario"] == scenario) & (sizes["problem"] == problem)]
-                _panel(axis, part, here[here["decoder"] == decoders[0]])
-            else:
-                _panel(axis, part, sizes)
+            place = {"scenario": scenario, "problem": problem, "decoder": decoders[0]}
+            detectable = _at(table2, place).set_index("measure")["detectable"]
+            _panel(axis, part, _at(sizes, place) if len(sizes) else sizes, detectable)
             axis.set_title(f"{scenario}: {problem}, n = {len(part)}")
             axis.set_xlabel("balanced accuracy (%)")
         values = scores[["bacc", *columns]].to_numpy(float)
-        axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanquantile(values, 0.99)) + 3)
+        axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanmax(values)) + 3)
         axes[0].set_yticks(*_ticks())
         axes[0].set_ylim(-len(ROWS) + 0.4, 0.6)
     return figure
+
+
+def _at(table: pd.DataFrame, place: Mapping[str, str]) -> pd.DataFrame:
+    """Return the rows of one scenario, problem and decoder."""
+    return table[np.logical_and.reduce([table[column] == value for column, value in place.items()])]
 
 
 def _ticks() -> tuple[list[int], list[str]]:
@@ -64,7 +71,7 @@ def _ticks() -> tuple[list[int], list[str]]:
     return [place for place, _ in rows], [label for _, label in rows]
 
 
-def _panel(axis: Axes, part: pd.DataFrame, sizes: pd.DataFrame) -> None:
+def _panel(axis: Axes, part: pd.DataFrame, sizes: pd.DataFrame, detectable: pd.Series) -> None:
     from scipy.stats import t
 
     axis.axvline(50, color=GREY, lw=0.8)
@@ -86,6 +93,8 @@ def _panel(axis: Axes, part: pd.DataFrame, sizes: pd.DataFrame) -> None:
             half = t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
             axis.plot([mean - half, mean + half], [-i, -i], color=colour, lw=2)
         axis.plot(mean, -i, "D", ms=5, color=colour)
+        if colour != _FREE:
+            axis.plot(detectable.get(column, np.nan), -i - 0.32, "^", ms=3.2, color=GREY, mew=0)
         if stratum and len(sizes):
             rows = sizes[(sizes["cue"] == stratum[0]) & (sizes["value"].astype(bool) == stratum[1])]
             text = f"{rows['n1'].mean():.0f} : {rows['n2'].mean():.0f}"
