@@ -8,9 +8,31 @@ from typing import Any
 
 import numpy as np
 
-from hrcneuro.report.markup import Cell, fold, table
+from hrcneuro.report.markup import Cell, Raw, esc, fold, table
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
+
+_MEASURES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC", "bacc": "balanced", "auc": "AUC"}
+_MEANINGS = (
+    "<p class='small'>Balanced: mean of TNR and TPR. AUC: area under the receiver operating characteristic. LOBO: "
+    "balanced accuracy with one block left out at a time.</p>"
+)
+_PLAIN = {"bacc": "all trials", "lobo_bacc": "one block left out"}
+_STRATA = {
+    **_PLAIN,
+    "prev_error_no_bacc": "after no error",
+    "prev_error_yes_bacc": "after an error",
+    "turn_no_bacc": "no turn ahead",
+    "turn_yes_bacc": "turn ahead",
+    "matched_bacc": "retrained after no error",
+    "prev_error_fitted_bacc": "no EEG: previous error",
+    "turn_fitted_bacc": "no EEG: turn ahead",
+}
+_POWER = (
+    "<p class='small'>Detectable: the smallest mean that a one-sided t test against 50 % finds with 80 % power, with "
+    "as many subjects and this SD. Retrained decoders learn from fewer trials, which costs accuracy whatever is "
+    "decoded.</p>"
+)
 
 
 def tables(results: Results, stage: str) -> str:
@@ -73,8 +95,9 @@ def _decoding(results: Results) -> str:
         return ""
     decoders = list(dict.fromkeys(subjects["decoder"]))
     title = "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects"
-    text = f"<h3>{title}</h3>{_table_2(table2[table2['decoder'] == decoders[0]])}"
-    text += f"<h3>Above chance?</h3>{_tests(tests)}"
+    at = {name: table2[table2["decoder"] == name] for name in decoders}
+    text = f"<h3>{title}</h3>{_table_2(at[decoders[0]])}{_MEANINGS}"
+    text += f"<h3>Above chance?</h3>{_tests(tests)}{_strata(at[decoders[0]])}"
     compared = results.table("decode", "group", "compared.parquet")
     if compared is not None and len(compared):
         rows = [
@@ -83,11 +106,18 @@ def _decoding(results: Results) -> str:
         ]
         head = ["scenario", "problem", "decoder", f"balanced accuracy less that of {decoders[0]}", "p (Holm)"]
         text += f"<h3>Decoders compared</h3>{table(head, rows)}"
-    return text + fold("Every subject", _subjects(subjects))
+    for name in decoders[1:]:
+        text += fold(f"{title} and strata of {name}", _table_2(at[name]) + _strata(at[name]))
+    scheme = results.settings.sections["decode"]
+    caveat = (
+        "<p class='small'>p, permutation, tests the balanced accuracy of one repeat, whose folds are drawn for it; the "
+        f"rates are means over the repeats, {scheme.repeats} as configured. So the two need not fit.</p>"
+    )
+    return text + fold("Every subject", caveat + _subjects(subjects))
 
 
 def _table_2(rows: Any) -> str:
-    measures = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC", "bacc": "balanced", "chance": "chance"}
+    measures = _MEASURES | {"lobo_bacc": "LOBO", "chance": "chance"}
     lines: list[list[Cell]] = []
     for (scenario, problem), part in rows.groupby(["scenario", "problem"], sort=True):
         at = {r["measure"]: r for r in part.to_dict("records")}
@@ -97,6 +127,33 @@ def _table_2(rows: Any) -> str:
         if any(cell != "-" for cell in printed):
             lines.append(["", "", "published", *printed])
     return table(["scenario", "problem", "", *(f"{name} (%)" for name in measures.values())], lines)
+
+
+def _strata(rows: Any) -> str:
+    """Return a table with a row a measure and a column a problem; empty where no trial has a cue."""
+    places = list(rows.groupby(["scenario", "problem"], sort=True))
+    at = [{r["measure"]: r for r in part.to_dict("records")} for _, part in places]
+    lines: list[list[Cell]] = []
+    for name, label in _STRATA.items():
+        cells = [_powered(one.get(name), one["bacc"]["n"]) for one in at]
+        if any(cell != "-" for cell in cells):
+            lines.append([label, *cells])
+    # Without any cue only the plain accuracies are left, which stand above.
+    if not any(line[0] not in _PLAIN.values() for line in lines):
+        return ""
+    head = ["balanced accuracy (%)", *(f"{scenario}: {problem}" for (scenario, problem), _ in places)]
+    return f"<h3>Within strata, and without EEG</h3>{_POWER}{table(head, lines)}"
+
+
+def _powered(row: Mapping[str, Any] | None, subjects: int) -> Cell:
+    """Return mean ± SD, and below it what could have been detected, and of how many subjects if not of all."""
+    mean = _mean(row)
+    if row is None or mean == "-":
+        return mean
+    known = math.isfinite(row["detectable"]) and not row["measure"].endswith("_fitted_bacc")
+    notes = [f"detectable {row['detectable']:.1f}"] if known else []
+    notes += [f"n = {row['n']}"] if row["n"] < subjects else []
+    return Raw(f"{esc(mean)}<small>{', '.join(notes)}</small>") if notes else mean
 
 
 def _mean(row: Mapping[str, Any] | None, prefix: str = "") -> str:
@@ -127,10 +184,10 @@ def _tests(tests: Any) -> str:
 def _subjects(subjects: Any) -> str:
     rows: list[list[Cell]] = []
     for r in subjects.sort_values(["scenario", "problem", "decoder", "subject"]).to_dict("records"):
-        rates = [f"{r[m]:.1f}" if math.isfinite(r[m]) else "-" for m in ("tnr", "tpr", "acc", "bacc", "chance")]
+        rates = [f"{r[m]:.1f}" if math.isfinite(r[m]) else "-" for m in (*_MEASURES, "lobo_bacc", "chance")]
         trials = f"{r['n1']} : {r['n2']}"
         rows.append([r["scenario"], r["problem"], r["decoder"], r["subject"], trials, *rates, _p(r["p"]), r["note"]])
-    rates_head = ["TNR", "TPR", "ACC", "balanced", "chance", "p, permutation", ""]
+    rates_head = [*_MEASURES.values(), "LOBO", "chance", "p, permutation", ""]
     return table(["scenario", "problem", "decoder", "subject", "trials", *rates_head], rows)
 
 

@@ -1,0 +1,145 @@
+"""Figs 2 and 3, the confound panel and the tables of decoding, from a finished study and from scores that are known."""
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_hex
+
+from hrcneuro import config, pipeline
+from hrcneuro.analyses import decode_group
+from hrcneuro.eeg.selection import shortest_gap_s
+from hrcneuro.report import chapters, fig_cases, fig_confound
+from hrcneuro.report.results import Results
+from hrcneuro.tables.decode import EXTRA, SCORES
+
+ROOT = Path(__file__).parents[2]
+SETTINGS = config.load(ROOT / "configs/smoke.toml")
+DECODERS = SETTINGS.sections["decode"].decoders
+
+
+@pytest.fixture(scope="module")
+def items(smoke):
+    return [pipeline.Item(**item) for item in json.loads((smoke / "done").read_text(encoding="utf-8"))["items"]]
+
+
+def foot(figure):
+    return " ".join(text.get_text() for text in figure.texts)
+
+
+@pytest.fixture(scope="module")
+def fig2(items):
+    return fig_cases.draw(Results(SETTINGS, items), fig_cases.FIG_2)
+
+
+def test_fig_2_hatches_potentials_and_rhythms_from_the_shortest_gap_on(fig2, items):
+    results = Results(SETTINGS, items)
+    tables = results.tables("acquire", "trials.parquet").values()
+    chosen = [t[t[["condition_before", "condition_after"]].notna().any(axis=1)] for t in tables]
+    shortest = min(map(shortest_gap_s, chosen))
+    assert 0.5 < shortest < 1
+    shaded = [axes for axes in fig2.axes if axes.get_xlabel().startswith("time") or "µV)" in axes.get_ylabel()]
+    assert len(shaded) == 2 * len(fig_cases.FIG_2)
+    for axes in shaded:
+        (patch,) = [p for p in axes.patches if p.get_hatch()]
+        spans = patch.get_path().vertices[:, 0]
+        assert spans.min() == pytest.approx(1000 * shortest, abs=1)
+        assert spans.max() == pytest.approx(axes.get_xlim()[1], abs=1)
+    (legend,) = fig2.legends
+    assert f"{1000 * shortest:.0f} ms" in " ".join(text.get_text() for text in legend.get_texts())
+
+
+def test_the_foot_names_the_tests_of_potentials_and_rhythms_where_they_differ(fig2, items):
+    assert "extreme statistics" in foot(fig2)
+    assert "rhythms" not in foot(fig2)
+    ersp = dataclasses.replace(SETTINGS.sections["ersp"], correction="cluster")
+    settings = dataclasses.replace(SETTINGS, sections={**SETTINGS.sections, "ersp": ersp})
+    text = foot(fig_cases.draw(Results(settings, items), fig_cases.FIG_3))
+    assert re.search("potentials: .*extreme statistics; rhythms: .*clusters", text)
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    """The group's artifacts of eleven subjects whose scores are drawn, one of whom lacks a stratum."""
+    out, rng = tmp_path_factory.mktemp("decoded"), np.random.default_rng(5)
+    rows = [
+        {"subject": f"s{i:02d}", "scenario": scenario, "problem": "RRvsRH", "decoder": decoder, "note": ""}
+        | {"class1": "RR_before", "class2": "RH_before", "n1": 236, "n2": 153, "n_folds": 10, "n_repeats": 10}
+        | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)}
+        | {"p": 0.5}
+        for i in range(11)
+        for scenario in ("iC", "sC")
+        for decoder in DECODERS
+    ]
+    scores = pd.DataFrame(rows)[["subject", *SCORES.columns]]
+    scores.loc[scores["subject"] == "s03", "prev_error_yes_bacc"] = np.nan
+    decode_group.write(scores, SETTINGS.sections["decode"], 1, out)
+    found = {path.name: str(path) for path in out.glob("*.parquet")}
+    return Results(SETTINGS, [pipeline.Item("decode", "group", state="hit", artifacts=found)])
+
+
+def cells(html, first):
+    """Return the cells of the row that begins so."""
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", html)]
+    (found,) = [row for row in rows if row and row[: len(first)] == list(first)]
+    return found
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_the_chapter_prints_auc_blocks_strata_and_what_could_be_detected_of_each_decoder(known, decoder):
+    table2 = known.table("decode", "group", "table2.parquet")
+    at = table2[table2["decoder"] == decoder].set_index(["scenario", "measure"])
+    html = chapters.tables(known, "decode")
+    own = html[: html.index("<details>")]
+    if decoder != DECODERS[0]:
+        own = html[html.index(f"strata of {decoder}") : html.index("Every subject")]
+    plain = cells(own, ["iC", "RRvsRH", "this run"])
+    head = re.findall("<th>(.*?)</th>", own[: own.index("</tr>")])
+    for measure, name in (("auc", "AUC (%)"), ("lobo_bacc", "LOBO (%)")):
+        assert plain[head.index(name)].startswith(f"{at.loc[('iC', measure), 'mean']:.1f} ± ")
+    for measure, label in (("matched_bacc", "retrained after no error"), ("turn_yes_bacc", "turn ahead")):
+        row = at.loc[("sC", measure)]
+        expected = f"{row['mean']:.1f} ± {row['sd']:.1f}<small>detectable {row['detectable']:.1f}</small>"
+        assert cells(own, [label])[2] == expected
+    assert "n = 10" in cells(own, ["after an error"])[1]
+    assert "detectable" not in cells(own, ["no EEG: turn ahead"])[1]
+
+
+def test_every_subject_has_auc_and_blocks_and_the_page_says_what_p_tests(known):
+    html = chapters.tables(known, "decode")
+    html = html[html.index("Every subject") :]
+    first = known.table("decode", "group", "subjects.parquet").query("subject == 's04' and scenario == 'iC'").iloc[0]
+    row = cells(html, ["iC", "RRvsRH", first["decoder"], "s04"])
+    head = re.findall("<th>(.*?)</th>", html)
+    assert row[head.index("AUC")] == f"{first['auc']:.1f}"
+    assert row[head.index("LOBO")] == f"{first['lobo_bacc']:.1f}"
+    assert "of one repeat" in html[: html.index("<table>")]
+
+
+def test_a_study_without_cues_has_no_table_of_strata(known):
+    table2 = known.table("decode", "group", "table2.parquet")
+    names = ("matched_bacc", "prev_error", "turn")
+    table2.loc[table2["measure"].astype(str).str.startswith(names), ["mean", "sd", "detectable"]] = np.nan
+    assert "strata" in chapters._strata(table2[table2["decoder"] == DECODERS[0]].assign(mean=50.0))
+    assert chapters._strata(table2[table2["decoder"] == DECODERS[0]]) == ""
+
+
+def test_the_confound_panel_tells_retrained_decoders_from_strata_and_shows_what_could_be_detected(known):
+    figure = fig_confound.draw(known)
+    table2 = known.table("decode", "group", "table2.parquet")
+    at = table2[table2["decoder"] == DECODERS[0]].set_index(["scenario", "measure"])
+    for axes, scenario in zip(figure.axes, ("iC", "sC"), strict=True):
+        labels = {round(-place): text for place, text in zip(axes.get_yticks(), fig_confound._ticks()[1], strict=True)}
+        marks = {m: {} for m in "D^"}
+        for line in axes.lines:
+            if line.get_marker() in marks:
+                marks[line.get_marker()][labels[int(-line.get_ydata()[0])]] = line
+        colour = {name: to_hex(line.get_color()) for name, line in marks["D"].items()}
+        assert colour["after no error"] == colour["turn ahead"] != colour["retrained after no error"]
+        detected = marks["^"]["retrained after no error"].get_xdata()[0]
+        assert detected == pytest.approx(at.loc[(scenario, "matched_bacc"), "detectable"])
+        assert not any(name.startswith("no EEG") for name in marks["^"])
