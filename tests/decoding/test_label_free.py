@@ -54,9 +54,11 @@ def test_the_chance_level_is_the_printed_one():
 @pytest.mark.parametrize(
     ("cue", "scenario", "problem", "percent"),
     [
-        # paper/notes.md, "What the logs show that the paper does not say"
+        # docs/confound.md prints them.
         ("prev_error", "iC", "RRvsRH", 70.8),
+        ("prev_error", "iC", "HHvsHR", 38.0),
         ("prev_error", "sC", "RRvsRH", 48.2),
+        ("prev_error", "sC", "HHvsHR", 44.3),
         ("turn", "iC", "RRvsRH", 88.7),
         ("turn", "iC", "HHvsHR", 89.2),
         ("turn", "sC", "RRvsRH", 49.9),
