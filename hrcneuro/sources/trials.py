@@ -21,7 +21,7 @@ TRIALS = Table(
     {
         "subject": Column("category", "", "subject"),
         "event": Column("category", "", "marker name; 'move' in the study"),
-        "scenario": Column("category", "", "sC: shared workspace, iC: interdependent control of directions"),
+        "scenario": Column("category", "", "sC: sequential collaboration, iC: intermittent collaboration"),
         "practice": Column("bool", "", "move of a practice block"),
         "block": Column("int", "", "block, 1..12; practice 1..2"),
         "episode": Column("int", "", "episode in the block, from 1"),
