@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 # Tags that hold a machine id and the time of writing: file, block, parent and reference ids.
 _ID_TAGS = frozenset({100, 103, 108, 109, 110, 116, 117, 118, 120})
 # An id: version, machine (two words), seconds, microseconds; these microseconds are MNE's sign for "no date".
-_BLANK_ID = bytes(16) + struct.pack(">i", -(2**31))
+_BLANK_ID = bytes(16) + struct.pack(">i", 2**31 - 1)
 
-# Scalp EEG after any sensible reading lies between these RMS values, in volts: a factor of a million apart from
-# what microvolts read as volts, or the reverse, would give.
-_RMS_V = (1e-9, 1e-2)
+# Scalp EEG spreads less than 10 mV; read as volts, its microvolts are a million times above. As recorded it spreads
+# more than 0.1 µV, amplifier noise alone does. Filters may leave a part of that, but no thousandth.
+_HIGH_V = 1e-2
+RECORDED_V = 1e-7
+_LOW_V = 1e-9
 
 
 def write_raw(raw: mne.io.BaseRaw, path: Path) -> None:
@@ -128,22 +130,38 @@ def read_evokeds(path: Path) -> list[mne.Evoked]:
         return mne.read_evokeds(path, verbose="error")
 
 
-def check_volts(data: np.ndarray, name: str) -> None:
-    """Refuse finite, non-zero EEG whose RMS cannot be volts.
+def check_volts(data: np.ndarray, name: str, *, low: float = _LOW_V) -> None:
+    """Refuse EEG whose spread cannot be volts.
+
+    A channel's offset is no spread: DC amplifiers record the electrodes' own tens of millivolts. Channels with samples
+    that are no numbers, and data of which half does not vary, say nothing.
+
+    Args:
+        data: … × channels × samples.
+        name: What the data are, for the message.
+        low: Smallest spread to accept, in volts: :data:`RECORDED_V` for a recording, less for what was filtered.
 
     Raises:
-        DataError: The RMS lies outside 1 nV … 10 mV.
+        DataError: The spread lies outside ``low`` … 10 mV; it says on which side.
     """
-    data = data[np.isfinite(data)]
-    if not data.size or not np.any(data):
+    if not data.size:
         return
-    # The median over |x| is not moved by a few contaminated channels; a constant offset is no sign of wrong units.
-    spread = float(np.median(np.abs(data - np.median(data)))) * 1.4826
-    if spread and not _RMS_V[0] / 1e3 <= spread <= _RMS_V[1]:
-        raise DataError(
-            f"{name}: the EEG's spread is {spread:.3g} V; scalp EEG lies below {_RMS_V[1]:g} V",
-            cure="the recording seems to be in microvolts: set its unit (acquire.unit = 'uV') and acquire it again",
-        )
+    rows = data.reshape(-1, data.shape[-1])
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if not rows.size:
+        return
+    # The median over |x| is not moved by a few contaminated channels.
+    spread = float(np.median(np.abs(rows - np.median(rows, axis=1, keepdims=True)))) * 1.4826
+    if spread > _HIGH_V:
+        side, taken, units = f"below {_HIGH_V:g} V", "in microvolts or millivolts", "'uV' or 'mV'"
+    elif 0 < spread < low:
+        side, taken, units = f"above {low:g} V", "in volts or millivolts, taken for a smaller unit", "'V' or 'mV'"
+    else:
+        return
+    raise DataError(
+        f"{name}: the EEG's spread is {spread:.3g} V; scalp EEG lies {side}",
+        cure=f"the recording seems to be {taken}: set its unit (acquire.unit = {units}) and acquire it again",
+    )
 
 
 class _named:

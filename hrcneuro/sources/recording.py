@@ -87,39 +87,35 @@ def check_signals(recording: Recording) -> None:
             cure="give their types in acquire.channel_types",
         )
     for i in recording.picks(*_SIGNALS):
+        _check_numbers(i, recording)
         name, row = recording.ch_names[i], recording.data[i]
-        _check_numbers(name, row, recording)
         if np.ptp(row) == 0:
             recording.notes.append(f"channel {name} is flat: {row[0] * 1e6:g} µV from the first sample to the last")
     _check_unit(recording)
 
 
-def _check_numbers(name: str, row: np.ndarray, recording: Recording) -> None:
+def _check_numbers(i: int, recording: Recording) -> None:
+    name, row = recording.ch_names[i], recording.data[i]
     bad = ~np.isfinite(row)
     if not bad.any():
         return
+    count = f"{int(bad.sum())} of {bad.size} samples that are no numbers"
+    first = f"the first at {int(np.argmax(bad)) / recording.sfreq:.3f} s"
     if name in recording.bads:
         row[bad] = 0
+        recording.notes.append(f"channel {name}, marked bad: {count} are 0 now, {first}")
         return
-    first = int(np.argmax(bad)) / recording.sfreq
-    raise DataError(
-        f"channel {name} has {int(bad.sum())} of {bad.size} samples that are no numbers, the first at {first:.3f} s",
-        cure=f"have it interpolated (acquire.bads = ['{name}']) or leave it out (acquire.drop = ['{name}'])",
-    )
+    # Nothing makes an EOG channel from the others.
+    mark = f"have it interpolated (acquire.bads = ['{name}']) or " if recording.ch_types[i] == "eeg" else ""
+    raise DataError(f"channel {name} has {count}, {first}", cure=f"{mark}leave it out (acquire.drop = ['{name}'])")
 
 
 def _check_unit(recording: Recording) -> None:
-    from hrcneuro.io.fif import check_volts
+    from hrcneuro.io.fif import RECORDED_V, check_volts
 
-    eeg = recording.data[recording.picks("eeg"), : int(60 * recording.sfreq) + 1]
-    check_volts(eeg, "the recording")
-    spread = float(np.median(np.abs(eeg - np.median(eeg, axis=1, keepdims=True)))) * 1.4826
-    # The unit was off by a thousand or more; a quiet cap is not: amplifier noise alone is above 0.1 µV.
-    if 0 < spread < 1e-8:
-        raise DataError(
-            f"the EEG's spread is {spread * 1e6:.3g} µV; scalp EEG lies above 0.1 µV",
-            cure="the recording seems to be in volts or millivolts: set acquire.unit = 'V' or 'mV'",
-        )
+    check_volts(
+        recording.data[recording.picks("eeg"), : int(60 * recording.sfreq) + 1], "the recording", low=RECORDED_V
+    )
 
 
 def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -> mne.io.BaseRaw:

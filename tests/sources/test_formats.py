@@ -200,6 +200,19 @@ def test_numbers_that_are_no_numbers(original, tmp_path):
     assert not raw.get_data("Cz", start=300, stop=310).any()
 
 
+def test_an_eog_channel_that_is_no_number_can_only_be_left_out(original, tmp_path):
+    original._data[3, 300:310] = np.nan
+    path = export(original, tmp_path / "rec_raw.fif")
+    with pytest.raises(DataError, match=r"channel HEOG has 10 of 1000 samples") as caught:
+        run(path, tmp_path / "out")
+    assert "acquire.drop = ['HEOG']" in caught.value.cure
+    assert "bads" not in caught.value.cure
+    summary, raw, _ = run(path, tmp_path / "out", bads=("HEOG",))
+    assert summary["bads"] == raw.info["bads"] == ["HEOG"]
+    note = "channel HEOG, marked bad: 10 of 1000 samples that are no numbers are 0 now, the first at 1.500 s"
+    assert note in summary["notes"]
+
+
 def test_a_flat_channel_is_noted_and_left_to_preprocess(original, tmp_path):
     original._data[2] = 5e-6
     summary, raw, _ = run(export(original, tmp_path / "rec_raw.fif"), tmp_path / "out")
@@ -239,6 +252,20 @@ def test_volts_in_an_eeglab_file_are_refused_and_can_be_set_right(noise_uv, tmp_
     assert "acquire.unit = 'V'" in caught.value.cure
     _, raw, _ = run(path, tmp_path / "out", unit="V")
     np.testing.assert_allclose(raw.get_data() * 1e6, data, rtol=1e-5, atol=1e-5)
+
+
+def test_offsets_of_electrodes_say_nothing_of_the_unit(original, tmp_path):
+    original._data += 0.02 * np.array([-1.5, 0.4, 1.0, 0.1])[:, None]
+    _, raw, _ = run(export(original, tmp_path / "dc_raw.fif"), tmp_path / "out")
+    np.testing.assert_allclose(raw.get_data(), original.get_data(), atol=1e-8)
+
+
+def test_a_recording_a_thousand_times_too_small_is_refused(original, tmp_path):
+    original._data *= 1e-3
+    path = export(original, tmp_path / "mv_raw.fif")
+    with pytest.raises(DataError, match=r"spread is .* V; scalp EEG lies above 1e-07 V") as caught:
+        run(path, tmp_path / "out")
+    assert "acquire.unit = 'mV'" in caught.value.cure or "or 'mV'" in caught.value.cure
 
 
 def test_the_reference_is_noted(original, tmp_path):
