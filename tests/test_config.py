@@ -64,7 +64,7 @@ def test_shared_tables_replace_the_paper_s_and_reach_the_stages(empty):
 def test_paths_of_a_file_are_taken_from_its_folder_and_stay_out_of_the_key(empty):
     (empty / "deep").mkdir()
     path = empty / "deep" / "study.toml"
-    path.write_text("[acquire]\npath = '../data'\n")
+    path.write_text("[acquire]\nsource = 'file'\npath = '../data'\n")
     section = config.load(path).sections["acquire"]
     assert Path(section.path).resolve() == (empty / "data").resolve()
     assert "path" not in params(section)
@@ -76,6 +76,14 @@ def test_paths_of_a_file_are_taken_from_its_folder_and_stay_out_of_the_key(empty
         ("[preproces]\n", ["[preproces]", "did you mean 'preprocess'"]),
         ("preprocess = 3\n", ["preprocess = 3 is no table"]),
         ("[preprocess]\nh_freq = 300\n", ["preprocess.h_freq = 300", "Nyquist", "below 256 Hz"]),
+        (
+            "[acquire]\nbads = ['nonsense']\nmontage = 'nonsense'\n",
+            [
+                "2 mistakes",
+                "[acquire] bads is for source = 'dataset' or 'file'; source is 'synthetic'",
+                "] montage is for",
+            ],
+        ),
         ("[acquire]\nsfreq = 60\n", ["Nyquist frequency of acquire.sfreq = 60"]),
         ("[epoch]\ntmax = 0.5\n", ["epoch.tmax = 0.5", "0.6 s"]),
         ("[erp]\nbaseline_s = [-0.5, 0.0]\n", ["erp.baseline_s", "within -0.2 to 1.2 s"]),

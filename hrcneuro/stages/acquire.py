@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,17 @@ if TYPE_CHECKING:
 LIBS = ("numpy", "scipy", "pandas", "mne", "pymatreader")
 INPUTS: Patterns = {}
 _MASTOIDS = "mean of TP9 and TP10 (mastoids)"
+
+# Options of recordings that are made. Any other one is for recordings that are read, from the sources named here or
+# else from both: a new option is refused with a simulation until it is said to be one of it.
+_SIMULATION = frozenset({"sfreq", "seed", "contaminated", "session", "timing", "eeg"})
+_READ = ("dataset", "file")
+_SOURCES = {
+    "path": ("dataset", "file", "semisynthetic"),
+    "onset_event": ("dataset",),
+    "event_map": ("file",),
+    "stream": ("file",),
+}
 
 
 @dataclass(frozen=True)
@@ -38,7 +50,9 @@ class Config:
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
     channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; *EOG* are found by name")
     drop: tuple[str, ...] = option((), "channels of the file to leave out")
-    bads: tuple[str, ...] = option((), "channels known to be bad: preprocess makes them from the others")
+    bads: tuple[str, ...] = option(
+        (), "channels known to be bad: preprocess makes EEG from the others, and regresses on no such EOG"
+    )
     montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
     unit: str = option(
         "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
@@ -60,10 +74,7 @@ def check(config: Config) -> list[str]:
         for name, kind in config.channel_types.items()
         if kind not in kinds
     ]
-    if config.source != "file" and config.event_map:
-        found.append(f"event_map is for source = 'file'; source is {config.source!r}")
-    if config.source != "dataset" and config.onset_event:
-        found.append(f"onset_event is for source = 'dataset'; source is {config.source!r}")
+    found += _unused(config)
     timing = config.timing
     if timing.t_f_min_s > timing.t_f_max_s:
         found.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
@@ -73,6 +84,19 @@ def check(config: Config) -> list[str]:
             "raise sfreq or set eeg.line_uv = 0"
         )
     return found
+
+
+def _unused(config: Config) -> Iterator[str]:
+    """Yield a sentence for every option of a recording to read that is set, and that the source has no use for."""
+    unset = Config()
+    for name in (f.name for f in fields(config) if f.name not in _SIMULATION | {"source"}):
+        users = _SOURCES.get(name, _READ)
+        if config.source not in users and getattr(config, name) != getattr(unset, name):
+            listed = " or ".join(repr(user) for user in users)
+            yield (
+                f"{name} is for source = {listed}; source is {config.source!r}: set acquire.source, "
+                f"or leave acquire.{name} out"
+            )
 
 
 def sources(config: Config, unit: str) -> dict[str, Path]:

@@ -140,9 +140,10 @@ def test_the_options_are_those_of_the_simulators():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"event_map": {"a": "b"}}, "event_map is for source = 'file'"),
-        ({"onset_event": "33025"}, "onset_event is for source = 'dataset'"),
-        ({"channel_types": {"EOG1": "eoq"}}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
+        ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset'; source is 'file'"),
+        ({"event_map": {"a": "b"}, "source": "dataset"}, "event_map is for source = 'file'; source is 'dataset'"),
+        ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file'"),
+        ({"channel_types": {"EOG1": "eoq"}, "source": "file"}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
         ({"timing": options.Timing(t_f_min_s=2.0)}, r"t_f_min_s = 2 is above timing\.t_f_max_s = 1\.2"),
         ({"sfreq": 64.0}, r"eeg\.line_hz = 50 lies above the Nyquist frequency"),
     ],
@@ -150,6 +151,37 @@ def test_the_options_are_those_of_the_simulators():
 def test_contradictions_are_named(change, message):
     (found,) = acquire.check(dataclasses.replace(acquire.Config(), **change))
     assert re.search(message, found)
+
+
+SET = {
+    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "channel_map": {"Fz": "Cz"},
+    "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
+    "reference": "left earlobe", "stream": "amp",
+}  # fmt: skip
+MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
+
+
+def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_is_made():
+    # A new option has to be put into one of the two, and is refused unless the simulation is said to use it.
+    assert {f.name for f in dataclasses.fields(acquire.Config)} == MADE | set(SET)
+    assert acquire.check(acquire.Config()) == []
+    found = acquire.check(acquire.Config(**SET))
+    assert len(found) == len(SET)
+    for sentence, name in zip(found, SET, strict=False):
+        assert re.match(
+            rf"{name} is for source = .*; source is 'synthetic': set acquire.source, or leave acquire.{name} out",
+            sentence,
+        )
+    semi = acquire.check(acquire.Config(source="semisynthetic", **SET))
+    assert len(semi) == len(SET) - 1
+    assert not any(sentence.startswith("path") for sentence in semi)
+
+
+def test_a_recording_from_a_file_takes_its_options():
+    theirs = {name: value for name, value in SET.items() if name != "onset_event"}
+    assert acquire.check(acquire.Config(source="file", **theirs)) == []
+    theirs = {name: value for name, value in SET.items() if name not in ("event_map", "stream")}
+    assert acquire.check(acquire.Config(source="dataset", **theirs)) == []
 
 
 def test_a_source_that_needs_a_path_says_so():
