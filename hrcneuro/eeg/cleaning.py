@@ -44,7 +44,7 @@ class Signals:
     """A recording to clean. EEG rows come before EOG rows in ``data``; borders begin new stretches.
 
     ``positions`` are EEG channels × 3, around the centre of the interpolation's sphere, NaN where unknown;
-    ``marked`` names the channels that somebody called bad before.
+    ``marked`` names the channels, EEG and EOG, that somebody called bad before.
     """
 
     data: np.ndarray
@@ -70,8 +70,8 @@ class Signals:
 class Cleaned:
     """Clean EEG at the new rate, and what was found on the way: an entry an EEG channel of the recording.
 
-    ``interpolated`` and ``dropped`` are boolean masks; ``weights`` is EEG × EOG; ``reason`` says why a channel is
-    bad (``kurtosis``, ``flat``, ``marked``) or is empty.
+    ``interpolated`` and ``dropped`` are boolean masks; ``weights`` is EEG × EOG, 0 for an EOG channel that was marked
+    bad; ``reason`` says why a channel is bad (``kurtosis``, ``flat``, ``marked``) or is empty.
     """
 
     eeg: np.ndarray
@@ -95,18 +95,14 @@ def clean(
     ``on_step`` sees the EEG after each of :data:`STEPS` (at the recording's rate) and must not change it.
 
     Raises:
-        DataError: Samples are no numbers, there is no EOG to regress on, all channels are bad, or a bad channel
-            cannot be interpolated.
+        DataError: Samples are no numbers, there is no EOG to regress on, all channels are bad, a bad channel cannot
+            be interpolated, or there is one channel to average.
         ConfigError: The band does not fit the sampling rate, or the new rate cannot hold the band.
     """
     names = signals.eeg_names
-    pass_freq = _check(signals, recipe)
-    ratio = resample.ratio(signals.sfreq, recipe.sfreq)
-    if ratio.up != ratio.down:
-        resample.antialias_taps(ratio, pass_freq)
     notes: list[str] = []
-    if abs(ratio.sfreq - min(recipe.sfreq, signals.sfreq)) > 1e-6:
-        notes.append(f"{signals.sfreq:g} to {recipe.sfreq:g} Hz is no simple ratio: the rate is {ratio.sfreq:.6f} Hz")
+    pass_freq = _check(signals, recipe)
+    ratio = _rate(signals, recipe, pass_freq, notes)
 
     _band_pass(signals, recipe)
     on_step("filtered", signals.eeg)
@@ -118,7 +114,7 @@ def clean(
     eeg = _without(signals.eeg, dropped)
     on_step("interpolated", eeg)
     if recipe.reference == "average":
-        channels.average_reference(eeg)
+        _average(eeg, [name for name, left_out in zip(names, dropped, strict=True) if not left_out])
     on_step("reference", eeg)
     eeg = resample.resample(eeg, ratio, pass_freq=pass_freq, borders=signals.borders)
     after = np.full(len(names), math.nan)
@@ -131,15 +127,41 @@ def clean(
 def _check(signals: Signals, recipe: Recipe) -> float:
     """Refuse what cannot be cleaned; return the highest frequency that the filter lets through, in Hz."""
     channels.check_finite(signals.data, [*signals.eeg_names, *signals.eog_names], signals.sfreq)
-    if recipe.eog == "regression" and not signals.eog_names:
-        raise DataError(
-            f"preprocess.eog is 'regression', but no channel is EOG: {', '.join(signals.eeg_names)} are EEG",
-            cure="set preprocess.eog = 'none', or say which channels are EOG: acquire.channel_types = {NAME = 'eog'}",
-        )
+    if recipe.eog == "regression":
+        _require_eog(signals)
     if recipe.filter == "causal":
         filters.check_band(signals.sfreq, recipe.causal_l_freq, recipe.h_freq)
         return recipe.h_freq
     return filters.design(signals.sfreq, recipe.l_freq, recipe.h_freq, transition=recipe.transition).high
+
+
+def _require_eog(signals: Signals) -> None:
+    if not signals.eog_names:
+        raise DataError(
+            f"preprocess.eog is 'regression', but no channel is EOG: {', '.join(signals.eeg_names)} are EEG",
+            cure="set preprocess.eog = 'none', or say which channels are EOG: acquire.channel_types = {NAME = 'eog'}",
+        )
+    if signals.marked.issuperset(signals.eog_names):
+        raise DataError(
+            f"preprocess.eog is 'regression', but all EOG channels are marked bad: {', '.join(signals.eog_names)}",
+            cure="set preprocess.eog = 'none', or unmark one that can serve (acquire.bads, or in the file)",
+        )
+
+
+def _rate(signals: Signals, recipe: Recipe, pass_freq: float, notes: list[str]) -> resample.Ratio:
+    """Return the way to the new rate, refused here rather than after minutes; note what a person would not expect."""
+    ratio = resample.ratio(signals.sfreq, recipe.sfreq)
+    if abs(ratio.sfreq - min(recipe.sfreq, signals.sfreq)) > 1e-6:
+        notes.append(f"{signals.sfreq:g} to {recipe.sfreq:g} Hz is no simple ratio: the rate is {ratio.sfreq:.6f} Hz")
+    if ratio.up != ratio.down:
+        taps = resample.antialias_taps(ratio, pass_freq)
+        if recipe.filter == "causal":
+            ahead_ms = math.ceil(1000 * (len(taps) // 2) / (ratio.source * ratio.up))
+            notes.append(
+                f"the filter is causal, the down-sampling after it is not: it looks up to {ahead_ms} ms ahead; "
+                f"preprocess.sfreq = {signals.sfreq:g} leaves it out"
+            )
+    return ratio
 
 
 def _band_pass(signals: Signals, recipe: Recipe) -> None:
@@ -153,15 +175,22 @@ def _band_pass(signals: Signals, recipe: Recipe) -> None:
 
 
 def _remove_eyes(signals: Signals, recipe: Recipe, notes: list[str]) -> np.ndarray:
+    weights = np.zeros((len(signals.eeg_names), len(signals.eog_names)))
     if recipe.eog == "none":
-        return np.zeros((len(signals.eeg_names), len(signals.eog_names)))
-    weights, singular = ocular.regression_weights(signals.eeg, signals.eog)
+        return weights
+    eog, used = signals.eog, np.array([name not in signals.marked for name in signals.eog_names], bool)
+    names = [name for name, one in zip(signals.eog_names, used, strict=True) if one]
+    if not used.all():
+        left = ", ".join(name for name in signals.eog_names if name not in names)
+        notes.append(f"EOG channels marked bad take no part in the regression: {left}")
+        eog = eog[used]
+    weights[:, used], singular = ocular.regression_weights(signals.eeg, eog)
     if singular:
         notes.append(
-            f"the EOG channels {', '.join(signals.eog_names)} do not differ enough (flat, or copies of each other): "
+            f"the EOG channels {', '.join(names)} do not differ enough (flat, or copies of each other): "
             "their weights are those of least norm"
         )
-    ocular.remove(signals.eeg, signals.eog, weights, offset=recipe.eog_offset)
+    ocular.remove(signals.eeg, eog, weights[:, used], offset=recipe.eog_offset)
     return weights
 
 
@@ -221,6 +250,15 @@ def _interpolate(
         matrix = interpolation.weights(at[source], at[target], method=recipe.interpolation)
         interpolation.apply(signals.eeg, target, source, matrix)
     return bad & placed, dropped
+
+
+def _average(eeg: np.ndarray, names: list[str]) -> None:
+    if len(names) < 2:
+        raise DataError(
+            f"the average over 1 EEG channel ({names[0]}) is that channel: subtracting it leaves nothing",
+            cure="set preprocess.reference = 'none', or take more EEG channels into the recording",
+        )
+    channels.average_reference(eeg)
 
 
 def _without(eeg: np.ndarray, dropped: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ class Config:
     sfreq: float = option(512.0, "sampling rate to come down to; a slower recording keeps its own", unit="Hz", low=1)
     filter: str = option(
         "zero_phase",
-        "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass and fourth-order low-pass, as live",
+        "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass, fourth-order low-pass; sfreq looks ahead",
         choices=("zero_phase", "causal"),
     )
     transition: str = option(

@@ -32,7 +32,11 @@ def quality_table(eog_names: list[str]) -> Table:
             "rms_before_uv": Column("float", "µV", "RMS after the band-pass"),
             "rms_after_uv": Column("float", "µV", "RMS of the clean signal; null for a channel left out"),
             **{
-                _WEIGHT + name: Column("float", "", f"share of {name} that was subtracted (0 without regression)")
+                _WEIGHT + name: Column(
+                    "float",
+                    "",
+                    f"share of {name} that was subtracted (0 without regression, or where it is marked bad)",
+                )
                 for name in eog_names
             },
         },

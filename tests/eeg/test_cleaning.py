@@ -1,4 +1,5 @@
 import dataclasses
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -168,6 +169,71 @@ def test_singular_eog_is_recorded(signals):
     cleaned, _ = run(signals)
     assert any("EOG1, EOG2 do not differ enough" in note for note in cleaned.warnings)
     assert np.isfinite(cleaned.weights).all()
+
+
+def test_a_marked_eog_channel_takes_no_part_in_the_regression_and_is_said(signals):
+    without = dataclasses.replace(signals, eog_names=["EOG1"], data=signals.data[:9].copy())
+    _, expected = run(without)
+    signals.data[9] += 500 * np.random.default_rng(1).standard_normal(6000)
+    signals.marked = frozenset({"EOG2"})
+    cleaned, steps = run(signals)
+    np.testing.assert_array_equal(steps["eog"], expected["eog"])
+    assert cleaned.weights.shape == (8, 2)
+    assert np.all((cleaned.weights == 0) == [False, True])
+    assert "EOG channels marked bad take no part in the regression: EOG2" in cleaned.warnings
+
+
+def test_no_eog_that_is_not_marked(signals):
+    signals.marked = frozenset({"EOG1", "EOG2"})
+    with pytest.raises(DataError, match=r"all EOG channels are marked bad: EOG1, EOG2\n.*preprocess.eog = 'none'"):
+        run(signals)
+    cleaned, _ = run(signals, dataclasses.replace(RECIPE, eog="none"))
+    assert not [note for note in cleaned.warnings if "EOG" in note]
+
+
+@pytest.mark.parametrize("names", [["c0"], ["c0", "c1"]])
+def test_the_average_of_one_channel_would_leave_nothing(signals, names):
+    # The second channel is there, but bad and without a position: it is left out.
+    n = len(names)
+    one = dataclasses.replace(
+        signals, data=np.delete(signals.data, range(n, 8), axis=0), eeg_names=names, positions=signals.positions[:n]
+    )
+    one.positions[1:] = np.nan
+    one.marked = frozenset(names[1:])
+    recipe = dataclasses.replace(RECIPE, unplaced="drop", bad_channels="none")
+    untouched = one.data.copy()
+    with pytest.raises(DataError, match=r"the average over 1 EEG channel \(c0\) .*\n.*preprocess.reference = 'none'"):
+        run(one, recipe)
+    one.data = untouched
+    cleaned, _ = run(one, dataclasses.replace(recipe, reference="none"))
+    assert cleaned.eeg.std() > 1
+
+
+def ahead_s(signals, recipe):
+    """Return how early a jump at 3 s shows (above 1e-3 µV of 50) in the clean signal, in seconds."""
+    recipe = dataclasses.replace(recipe, eog="none", bad_channels="none", reference="none")
+    jump = dataclasses.replace(signals, data=signals.data.copy())
+    at = int(3 * signals.sfreq)
+    jump.data[0, at:] += 50
+    cleaned = [cleaning.clean(one, recipe) for one in (jump, signals)]
+    changed = np.abs(cleaned[0].eeg[0] - cleaned[1].eeg[0]) > 1e-3
+    return at / signals.sfreq - int(np.argmax(changed)) / cleaned[0].ratio.sfreq, cleaned[0].warnings
+
+
+@pytest.mark.parametrize(("source", "target"), [(1000.0, 512), (250.0, 128)])
+def test_after_the_causal_filter_down_sampling_looks_as_far_ahead_as_it_says(signals, source, target):
+    signals = dataclasses.replace(signals, sfreq=source)
+    early, notes = ahead_s(signals, dataclasses.replace(RECIPE, filter="causal", sfreq=target))
+    (note,) = [n for n in notes if "ahead" in n]
+    told = float(re.search(r"up to ([\d.]+) ms ahead", note)[1]) / 1000
+    assert 1 / source < early <= told < 0.1
+    assert f"preprocess.sfreq = {source:g}" in note
+
+
+def test_the_causal_chain_at_the_recordings_own_rate_does_not_look_ahead(signals):
+    early, notes = ahead_s(signals, dataclasses.replace(RECIPE, filter="causal", sfreq=1000))
+    assert early <= 0
+    assert not [n for n in notes if "ahead" in n]
 
 
 def test_samples_that_are_no_numbers(signals):
