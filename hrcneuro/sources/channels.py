@@ -112,6 +112,7 @@ def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
         known = {old: new for old, new in mapping.items() if old in recording.montage.ch_names}
         recording.montage.rename_channels(known)
     recording.ch_names = names
+    recording.file_names = {new: old for old, new in mapping.items() if new != old}
     recording.bads = [mapping.get(name, name) for name in recording.bads]
 
 

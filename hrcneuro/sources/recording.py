@@ -26,7 +26,7 @@ class Recording:
     ``data``: channels × samples, volts (stim channels: codes). ``markers``: columns onset_s (from the first sample, not
     rounded to one) and event, in order of time. ``breaks_s``: where a new segment begins, the first one left out.
     ``spans``: stretches marked bad, as (onset_s, duration_s, text). ``montage``: EEG positions, where known.
-    ``bads``: channels marked bad beforehand.
+    ``bads``: channels marked bad beforehand. ``file_names``: name here -> name in the file, where they differ.
     """
 
     data: np.ndarray
@@ -39,6 +39,7 @@ class Recording:
     montage: mne.channels.DigMontage | None = None
     units: list[str] = field(default_factory=list)
     bads: list[str] = field(default_factory=list)
+    file_names: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -107,7 +108,10 @@ def _check_numbers(i: int, recording: Recording) -> None:
         return
     # Nothing makes an EOG channel from the others.
     mark = f"have it interpolated (acquire.bads = ['{name}']) or " if recording.ch_types[i] == "eeg" else ""
-    raise DataError(f"channel {name} has {count}, {first}", cure=f"{mark}leave it out (acquire.drop = ['{name}'])")
+    drop = f"acquire.drop = ['{recording.file_names.get(name, name)}']"
+    if name in recording.file_names:
+        drop += ", without its name in acquire.channel_map"
+    raise DataError(f"channel {name} has {count}, {first}", cure=f"{mark}leave it out ({drop})")
 
 
 def _check_unit(recording: Recording) -> None:

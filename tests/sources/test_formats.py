@@ -213,6 +213,16 @@ def test_an_eog_channel_that_is_no_number_can_only_be_left_out(original, tmp_pat
     assert note in summary["notes"]
 
 
+def test_the_cure_for_a_renamed_channel_works(original, tmp_path):
+    original._data[1, 300:310] = np.nan
+    path = export(original, tmp_path / "rec_raw.fif")
+    with pytest.raises(DataError, match="channel Mid has") as caught:
+        run(path, tmp_path / "out", channel_map={"Cz": "Mid"})
+    assert "(acquire.bads = ['Mid']) or leave it out (acquire.drop = ['Cz'], without its name in" in caught.value.cure
+    run(path, tmp_path / "out", channel_map={"Cz": "Mid"}, bads=("Mid",))
+    run(path, tmp_path / "out", drop=("Cz",))
+
+
 def test_a_flat_channel_is_noted_and_left_to_preprocess(original, tmp_path):
     original._data[2] = 5e-6
     summary, raw, _ = run(export(original, tmp_path / "rec_raw.fif"), tmp_path / "out")
