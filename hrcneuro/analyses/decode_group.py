@@ -26,7 +26,10 @@ TABLE2 = Table(
         "sd": Column("float", "%", "standard deviation over subjects (n - 1)"),
         "n": Column("int", "", "subjects with a value"),
         "detectable": Column(
-            "float", "%", "mean that a one-sided t test against 50 finds with 80 % power at this sd, n"
+            "float",
+            "%",
+            "mean that a one-sided t test against 50 finds with 80 % power at this sd, n; NaN below three subjects and "
+            "where it would exceed 100",
         ),
         "published_mean": Column("float", "%", "Ehrlich et al. 2023, Table 2 (doi:10.1371/journal.pone.0287958)"),
         "published_sd": Column("float", "%", "the same table's SD"),

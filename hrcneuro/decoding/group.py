@@ -35,13 +35,15 @@ def spread(values: np.ndarray) -> Spread:
     """Return mean, SD and n of the finite values, and the smallest mean detected with 80 % power.
 
     ``detectable`` is 50 plus the effect, in percent, at which a one-sided test at 5 % of the mean against 50 finds the
-    effect in four of five studies with this SD and n (noncentral t); NaN below three subjects.
+    effect in four of five studies with this SD and n (noncentral t). NaN below three subjects, and where not even 100
+    would be detected.
     """
     found = values[np.isfinite(values)]
     n = len(found)
     mean = float(found.mean()) if n else float("nan")
     sd = float(found.std(ddof=1)) if n > 1 else float("nan")
-    return Spread(mean, sd, n, 50 + sd * _effect_for_power(n) if n > 2 else float("nan"))
+    detectable = 50 + sd * _effect_for_power(n) if n > 2 else float("nan")
+    return Spread(mean, sd, n, detectable if detectable <= 100 else float("nan"))
 
 
 def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool = False) -> float:
