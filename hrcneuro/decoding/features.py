@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hrcneuro.decoding.recipes import N_STEPS
 from hrcneuro.errors import DataError
 
 Span = tuple[float, float]
@@ -17,7 +18,7 @@ FINE_S: tuple[Span, ...] = tuple(((400 + 50 * i) / 1000, (450 + 50 * i) / 1000) 
 COARSE_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 100) / 1000) for i in range(11))
 WINDOWS_S = FINE_S + COARSE_S
 # For covariances that assume stationary steps: equal windows side by side.
-STEPS_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 50) / 1000) for i in range(12))
+STEPS_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 50) / 1000) for i in range(N_STEPS))
 BANDS_HZ: dict[str, Span] = {"theta": (4.0, 7.5), "alpha": (7.5, 13.0), "beta": (13.0, 30.0)}
 ONLINE_MEAN_S: Span = (0.0, 0.6)
 

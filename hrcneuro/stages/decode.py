@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Patterns, option
-from hrcneuro.decoding.recipes import BUILTIN, Recipe
+from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.design import CONDITIONS, PROBLEMS
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
@@ -67,9 +67,7 @@ def check(config: Config) -> list[str]:
             hint = did_you_mean(name, known)
             found.append(f"decoders names {name!r}{hint}, which is no recipe; allowed: {', '.join(known)}")
     for name, recipe in config.recipes.items():
-        strange = set(recipe.params) - {"shrinkage"}
-        if recipe.estimator == "rlda" and (strange or not 0 < recipe.params.get("shrinkage", 0.9) <= 1):
-            found.append(f"recipes.{name}.params = {recipe.params}; allowed for rlda: 0 < shrinkage <= 1")
+        found += [f"recipes.{name}.{misfit}" for misfit in misfits(recipe)]
     if not config.decoders or len(set(config.decoders)) < len(config.decoders):
         found.append(f"decoders = {list(config.decoders)}: give at least one name, and each only once")
     for problem, classes in config.problems.items():

@@ -299,7 +299,16 @@ def test_check_names_every_contradiction():
         decoders=("rlda", "toeplitz", "rlda"),
         problems={"one": ("HH_before",), "two": ("HH_befor", "HR_before")},
         mean_window_s=(0.8, 0.0),
-        recipes={"steep": decode.Recipe("rlda", params={"shrinkage": 1.5})},
+        recipes={
+            "steep": decode.Recipe("rlda", params={"shrinkage": 1.5}),
+            "flat": decode.Recipe("rlda", "epochs"),
+            "auto": decode.Recipe("shrinkage_lda", params={"shrinkage": 0.5}),
+            "uneven": decode.Recipe("toeplitz_lda", "windows", {"n_times": 15}),
+            "unsaid": decode.Recipe("toeplitz_lda", "steps"),
+            "rows": decode.Recipe("xdawn_tangent", "windows"),
+            "none": decode.Recipe("xdawn_tangent", "epochs", {"n_filters": 0}),
+            "half": decode.Recipe("xdawn_tangent", "epochs", {"n_filters": 2.5}),
+        },
     )
     text = "\n".join(decode.check(bad))
     for part in (
@@ -308,10 +317,18 @@ def test_check_names_every_contradiction():
         "problem one",
         "did you mean 'HH_before'",
         "start first",
-        "recipes.steep.params = {'shrinkage': 1.5}",
+        "recipes.steep.params = {'shrinkage': 1.5}; allowed for rlda: 0 < shrinkage <= 1",
+        "recipes.flat.features = 'epochs'; allowed for rlda: windows, windows_600, steps, windows_bands",
+        "recipes.auto.params = {'shrinkage': 0.5}; allowed for shrinkage_lda: none",
+        "recipes.uneven.features = 'windows'; allowed for toeplitz_lda: steps",
+        "recipes.uneven.params = {'n_times': 15}; allowed for toeplitz_lda: n_times = 12, and it must be given",
+        "recipes.unsaid.params = {}; allowed for toeplitz_lda: n_times = 12",
+        "recipes.rows.features = 'windows'; allowed for xdawn_tangent: epochs",
+        "recipes.none.params = {'n_filters': 0}; allowed for xdawn_tangent: a whole n_filters >= 1",
+        "recipes.half.params = {'n_filters': 2.5}",
     ):
         assert part in text
-    assert decode.check(decode.Config()) == []
+    assert decode.check(decode.Config(recipes=BUILTIN)) == []
 
 
 def test_the_recipes_in_configs_are_the_built_in_ones():
