@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 # Labels in, statistic out. A new generator's folds are drawn inside, so that a permuted labelling is treated as the
 # true one was.
 Statistic = Callable[[np.ndarray, np.random.Generator], float]
+
+
+@dataclass(frozen=True)
+class PermutationTest:
+    """The true labelling's statistic, and the share of labellings whose statistic reaches it."""
+
+    statistic: float
+    p: float
 
 
 def chance_level(n_trials: int, *, quantile: float = 0.95) -> float:
@@ -23,15 +32,15 @@ def chance_level(n_trials: int, *, quantile: float = 0.95) -> float:
     return float(np.searchsorted(bdtr(np.arange(n_trials + 1), n_trials, 0.5), quantile)) / n_trials
 
 
-def permutation_p(
+def permutation_test(
     labels: np.ndarray,
     blocks: np.ndarray,
     statistic: Statistic,
     *,
     n_permutations: int,
     rng: np.random.Generator,
-) -> float:
-    """Return the share of labellings, permuted within block, whose statistic reaches the true one's.
+) -> PermutationTest:
+    """Return the true statistic, and the share of labellings, permuted within block, that reach it.
 
     The true labelling counts as one of them, so p ≥ 1 / (n_permutations + 1). Within blocks, since the conditions'
     shares and the signal both drift from block to block.
@@ -43,7 +52,7 @@ def permutation_p(
     """
     true = statistic(labels, rng)
     reached = sum(statistic(permute_within(labels, blocks, rng), rng) >= true for _ in range(n_permutations))
-    return (1 + reached) / (1 + n_permutations)
+    return PermutationTest(true, (1 + reached) / (1 + n_permutations))
 
 
 def permute_within(labels: np.ndarray, blocks: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -78,14 +78,17 @@ class Stratum:
 
 @dataclass(frozen=True)
 class Decoded:
-    """The results of one decoder on one problem; rates are fractions, NaN where a note says why."""
+    """The results of one decoder on one problem; rates are fractions, NaN where a note says why.
+
+    ``permutation`` tests the balanced accuracy of one repeat, drawn for it, not that of ``fold_rates``; None without.
+    """
 
     fold_rates: metrics.FoldRates
     scores: np.ndarray
     lobo_bacc: float
     matched_bacc: float
     strata: tuple[Stratum, ...]
-    p: float
+    permutation: chance.PermutationTest | None
 
 
 def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
@@ -137,7 +140,7 @@ def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permu
         plan: Its folds; ``shuffled`` must not be empty.
         scheme: The number of permutations and the smallest stratum.
         decoder: Scores held-out trials for any labelling and folds.
-        permute: Compute the permutation p value (199 × 10 fits: for quick decoders).
+        permute: Run the permutation test (200 × 10 fits: for quick decoders).
     """
     labels, n = trials.labels, len(trials.labels)
     scores = decoder(labels, plan.shuffled)
@@ -148,7 +151,7 @@ def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permu
         lobo_bacc=_pooled(labels, plan.blockwise, decoder),
         matched_bacc=_pooled(labels, plan.matched, decoder, trials.cues.get(MATCHED_CUE)),
         strata=strata(trials, table, min_trials=scheme.min_stratum),
-        p=permutation_p(trials, plan, scheme, decoder) if permute and scheme.n_permutations else float("nan"),
+        permutation=permutation_test(trials, plan, scheme, decoder) if permute and scheme.n_permutations else None,
     )
 
 
@@ -180,8 +183,8 @@ def label_free(trials: Trials, plan: Plan) -> dict[str, float]:
     return found
 
 
-def permutation_p(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode) -> float:
-    """Return the permutation p value of the balanced accuracy: one repeat a labelling, labels shuffled within block."""
+def permutation_test(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode) -> chance.PermutationTest:
+    """Return the permutation test of the balanced accuracy: one repeat a labelling, labels shuffled within block."""
     n_folds = crossval.feasible_folds(trials.labels, scheme.n_folds)
 
     def statistic(labels: np.ndarray, rng: np.random.Generator) -> float:
@@ -191,7 +194,7 @@ def permutation_p(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode) -
     blocks = np.zeros(len(trials.labels), dtype=int) if trials.blocks is None else trials.blocks
     # Each decoder starts from the same state: the labellings do not depend on which decoders ran before.
     rng = np.random.default_rng(plan.permutation_seed)
-    return chance.permutation_p(trials.labels, blocks, statistic, n_permutations=scheme.n_permutations, rng=rng)
+    return chance.permutation_test(trials.labels, blocks, statistic, n_permutations=scheme.n_permutations, rng=rng)
 
 
 def _pooled(labels: np.ndarray, splits: list[Split], decoder: Decode, left_out: np.ndarray | None = None) -> float:

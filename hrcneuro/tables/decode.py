@@ -96,7 +96,10 @@ SCORES = Table(
         "n_repeats": Column("int", "", "repeats"),
         **_RATES,
         "chance": Column("float", "%", "accuracy that guessing exceeds in 5 % of studies with n1 + n2 trials"),
-        "p": Column("float", "", "permutation p value of bacc, one repeat, labels permuted within block"),
+        "permutation_bacc": Column(
+            "float", "%", "balanced accuracy of the one repeat that p tests, with folds of its own; bacc is a mean"
+        ),
+        "p": Column("float", "", "permutation p value of permutation_bacc, not of bacc; labels permuted within block"),
         **{name: Column("float", "%", text) for name, text in EXTRA.items()},
         "note": Column("string", "", "what was not computed, or otherwise than configured, and why"),
     },
@@ -117,18 +120,19 @@ class Place:
     def add(self, decoder: str, found: problem.Decoded, *, permuted: bool) -> None:
         """Add a decoder's results."""
         key = {"scenario": self.base["scenario"], "problem": self.base["problem"], "decoder": decoder}
-        rates = found.fold_rates.mean() | {"p": found.p, "lobo_bacc": found.lobo_bacc}
+        rates = found.fold_rates.mean() | {"lobo_bacc": found.lobo_bacc}
         rates |= {"matched_bacc": found.matched_bacc} | _strata_means(found.strata) | self.free
         notes = [
             *self.plan.fallbacks,
             *self.plan.notes,
             *([] if permuted else ["p not computed: this decoder is too slow to permute"]),
-            *(["p not computed: decode.permutations = 0"] if permuted and not np.isfinite(found.p) else []),
+            *(["p not computed: decode.permutations = 0"] if permuted and found.permutation is None else []),
         ]
         few = [f"{s.cue} {'yes' if s.value else 'no'} ({s.n1}/{s.n2})" for s in found.strata if not np.isfinite(s.bacc)]
         notes += [f"strata with too few trials: {', '.join(few)}"] if few else []
-        # A p value is the only number here that is no percentage.
-        row = {name: value * (1.0 if name == "p" else 100.0) for name, value in rates.items()}
+        row = {name: 100 * value for name, value in rates.items()}
+        if found.permutation is not None:
+            row |= {"permutation_bacc": 100 * found.permutation.statistic, "p": found.permutation.p}
         self.tables.score(self.base | key | row | {"note": "; ".join(notes)})
         self.tables.folds.append(self._folds(found).assign(**key))
         self.tables.predictions.append(self._predictions(found).assign(**key))

@@ -85,4 +85,6 @@ def p_value(rows, labels, blocks, *, n=39, folds=5):
         splits = crossval.shuffled_splits(shuffled, n_folds=folds, n_repeats=1, how="undersample", rng=rng)
         return metrics.pooled_bacc(shuffled, crossval.by_repeat(splits, decoder(shuffled, splits), len(rows)))
 
-    return chance.permutation_p(labels, blocks, statistic, n_permutations=n, rng=np.random.default_rng(0))
+    found = chance.permutation_test(labels, blocks, statistic, n_permutations=n, rng=np.random.default_rng(0))
+    assert found.statistic == statistic(labels, np.random.default_rng(0))
+    return found.p

@@ -91,10 +91,10 @@ def test_every_decoder_meets_the_same_folds_and_permutations():
         seen.append((labels.tobytes(), splits[0].train.tobytes()))
         return [np.zeros(len(s.test)) for s in splits]
 
-    problem.permutation_p(trials, plan, scheme, spy)
+    problem.permutation_test(trials, plan, scheme, spy)
     first = list(seen)
     seen.clear()
-    problem.permutation_p(trials, plan, scheme, spy)
+    problem.permutation_test(trials, plan, scheme, spy)
     assert seen == first
     assert len(set(first)) == 10
 
