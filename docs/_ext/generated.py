@@ -4,6 +4,7 @@ A fenced block whose language is one of these is replaced:
 
     {options} preprocess      the stage's options: key, default, range, meaning
     {artifacts} preprocess    its tables: columns, units, meaning; and its figures
+    {recipes}                 the built-in decoders
     {help}                    what every command prints on --help
 """
 
@@ -70,7 +71,7 @@ TABLES = {
         "sNN/reach.parquet": "hrcneuro.tables.robot:REACH",
     },
 }
-_BLOCK = re.compile(r"^```\{(options|artifacts|help)\} ?(\w*)\n```$", flags=re.M)
+_BLOCK = re.compile(r"^```\{(options|artifacts|recipes|help)\} ?(\w*)\n```$", flags=re.M)
 
 
 def setup(app: Any) -> dict[str, Any]:
@@ -108,6 +109,17 @@ def artifacts(stage: str) -> str:
         text += ["### Figures", "", "Each as PNG (200 dpi) and as PDF.", ""]
         text += [f"- `{name}`: {caption}." for name, caption in figures.items()]
     return "\n".join(text)
+
+
+def recipes() -> str:
+    """Return the built-in decoders as a Markdown table."""
+    from hrcneuro.decoding.recipes import BUILTIN
+
+    rows = ["| recipe | estimator | features | parameters | source |", "|---|---|---|---|---|"]
+    for name, recipe in BUILTIN.items():
+        params = ", ".join(f"`{key} = {toml_value(value)}`" for key, value in recipe.params.items())
+        rows.append(f"| `{name}` | `{recipe.estimator}` | `{recipe.features}` | {params} | {_cell(recipe.citation)} |")
+    return "\n".join(rows)
 
 
 def help_texts() -> str:
@@ -158,5 +170,10 @@ def _capital(text: str) -> str:
 
 
 def _expand(app: Any, page: str, source: list[str]) -> None:
-    makers = {"options": options, "artifacts": artifacts, "help": lambda _: help_texts()}
+    makers = {
+        "options": options,
+        "artifacts": artifacts,
+        "recipes": lambda _: recipes(),
+        "help": lambda _: help_texts(),
+    }
     source[0] = _BLOCK.sub(lambda match: makers[match[1]](match[2]), source[0])

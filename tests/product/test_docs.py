@@ -80,6 +80,24 @@ def test_every_option_is_documented(generated):
         assert all(f"| `{f.name}" in table for f in dataclasses.fields(stages.load(stage).Config))
 
 
+def test_the_decoders_and_what_they_see_are_documented(generated):
+    from hrcneuro.decoding import recipes
+    from hrcneuro.decoding.features import WINDOWS_S
+
+    page = (ROOT / "docs" / "stages" / "decode.md").read_text()
+    windows = ", ".join(f"{1000 * start:g}-{1000 * end:g}" for start, end in WINDOWS_S)
+    assert windows in page.replace("then ", "")
+    for features in recipes.FEATURES:
+        row = next(line for line in page.splitlines() if line.startswith(f"| `{features}` |"))
+        for estimator in recipes.ESTIMATORS:
+            params = {"n_times": recipes.N_STEPS} if estimator == "toeplitz_lda" else {}
+            fits = not recipes.misfits(recipes.Recipe(estimator, features, params))
+            assert (f"`{estimator}`" in row) == fits
+    assert all(f"- `{estimator}`: " in page for estimator in recipes.ESTIMATORS)
+    assert "```{recipes}\n```" in page
+    assert all(f"| `{name}` |" in generated.recipes() for name in recipes.BUILTIN)
+
+
 def test_the_documented_tables_are_those_that_a_study_writes(generated, smoke):
     from hrcneuro.io.tables import describe
 
