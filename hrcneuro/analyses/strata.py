@@ -1,6 +1,6 @@
 """What erp and ersp share to compute contrasts again within strata: is a difference one of what went before?
 
-In the study's iC most takeovers follow an error and all are turns (paper/notes.md): within trials that are alike in
+In the study's iC most takeovers follow an error and all are turns (docs/confound.md): within trials that are alike in
 that, a difference cannot stem from it.
 """
 

@@ -24,7 +24,7 @@ def chance_level(n_trials: int, *, quantile: float = 0.95) -> float:
     """Return the accuracy that guessing exceeds with probability 1 − ``quantile``: binom.ppf(q, n, ½) / n.
 
     ``n_trials`` is both classes of one problem in one scenario: over the study's logs the mean is 54.27 %, printed as
-    54.3 % (paper 2.6.2, paper/notes.md).
+    54.3 % (paper 2.6.2).
     """
     # scipy.stats.binom, which says the same, takes longer to import than all decoding takes to run.
     from scipy.special import bdtr

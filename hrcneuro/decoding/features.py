@@ -12,7 +12,7 @@ from hrcneuro.errors import DataError
 
 Span = tuple[float, float]
 
-# The only even tiling of the printed spans with the printed numbers (paper/notes.md, 2.5.4): four windows of 50 ms
+# The only even tiling of the printed spans with the printed numbers (paper 2.5.4): four windows of 50 ms
 # side by side in 400-600 ms, then eleven of 100 ms, each half over the next, in 0-600 ms.
 FINE_S: tuple[Span, ...] = tuple(((400 + 50 * i) / 1000, (450 + 50 * i) / 1000) for i in range(4))
 COARSE_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 100) / 1000) for i in range(11))

@@ -8,7 +8,7 @@ import numpy as np
 def regularized_covariance(rows: np.ndarray, *, shrinkage: float) -> np.ndarray:
     """Return (1 − λ)·Σ + λ·I of ``rows``, shape (trials, features) -> (features, features); Σ with n − 1.
 
-    λ·I has a unit: the features must be in microvolt (paper/notes.md, 2.5.4).
+    λ·I has a unit: the features must be in microvolt (paper 2.5.4).
     """
     covariance = np.atleast_2d(np.cov(rows, rowvar=False, ddof=1))
     return (1 - shrinkage) * covariance + shrinkage * np.eye(rows.shape[1])
@@ -18,7 +18,7 @@ def discriminant(rows: np.ndarray, labels: np.ndarray, *, shrinkage: float) -> t
     """Return weights w, shape (features,), and bias b of y = sign(wᵀx + b), positive for class 2 (takeover).
 
     w = (Σ̃₁ + Σ̃₂)⁻¹(μ₂ − μ₁) and b = −½ wᵀ(μ₁ + μ₂), the midpoint; the paper prints another sign and twice the bias
-    (paper/notes.md, 2.5.4).
+    (2.5.4).
 
     Args:
         rows: Training trials, shape (trials, features), microvolt; at least two a class.

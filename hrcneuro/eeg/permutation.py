@@ -1,4 +1,4 @@
-"""Sign-flip tests over subjects, corrected over all channels, times and frequencies (paper appendix S2; notes.md S2).
+"""Sign-flip tests over subjects, corrected over all channels, times and frequencies (paper appendix S2).
 
 Without an effect a subject's difference is as likely to have the other sign. All sign patterns (or many random ones)
 give the distribution of the smallest and of the largest t of a map; the observed map is held against both.

@@ -110,8 +110,8 @@ def _decoding(results: Results) -> str:
         text += fold(f"{title} and strata of {name}", _table_2(at[name]) + _strata(at[name]))
     scheme = results.settings.sections["decode"]
     caveat = (
-        "<p class='small'>p, permutation, tests the balanced accuracy of one repeat, whose folds are drawn for it; the "
-        f"rates are means over the repeats, {scheme.repeats} as configured. So the two need not fit.</p>"
+        "<p class='small'>p, permutation, tests the balanced accuracy of one repeat, whose folds are drawn for it and "
+        f"which stands before it; the other rates are means over the repeats, {scheme.repeats} as configured.</p>"
     )
     return text + fold("Every subject", caveat + _subjects(subjects))
 
@@ -184,10 +184,11 @@ def _tests(tests: Any) -> str:
 def _subjects(subjects: Any) -> str:
     rows: list[list[Cell]] = []
     for r in subjects.sort_values(["scenario", "problem", "decoder", "subject"]).to_dict("records"):
-        rates = [f"{r[m]:.1f}" if math.isfinite(r[m]) else "-" for m in (*_MEASURES, "lobo_bacc", "chance")]
+        shown = (*_MEASURES, "lobo_bacc", "chance", "permutation_bacc")
+        rates = [f"{r[name]:.1f}" if math.isfinite(r[name]) else "-" for name in shown]
         trials = f"{r['n1']} : {r['n2']}"
         rows.append([r["scenario"], r["problem"], r["decoder"], r["subject"], trials, *rates, _p(r["p"]), r["note"]])
-    rates_head = [*_MEASURES.values(), "LOBO", "chance", "p, permutation", ""]
+    rates_head = [*_MEASURES.values(), "LOBO", "chance", "balanced, one repeat", "its p, permutation", ""]
     return table(["scenario", "problem", "decoder", "subject", "trials", *rates_head], rows)
 
 

@@ -70,7 +70,7 @@ def known(tmp_path_factory):
         {"subject": f"s{i:02d}", "scenario": scenario, "problem": "RRvsRH", "decoder": decoder, "note": ""}
         | {"class1": "RR_before", "class2": "RH_before", "n1": 236, "n2": 153, "n_folds": 10, "n_repeats": 10}
         | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)}
-        | {"p": 0.5}
+        | {"permutation_bacc": rng.normal(55, 3), "p": 0.5}
         for i in range(11)
         for scenario in ("iC", "sC")
         for decoder in DECODERS
@@ -117,6 +117,7 @@ def test_every_subject_has_auc_and_blocks_and_the_page_says_what_p_tests(known):
     head = re.findall("<th>(.*?)</th>", html)
     assert row[head.index("AUC")] == f"{first['auc']:.1f}"
     assert row[head.index("LOBO")] == f"{first['lobo_bacc']:.1f}"
+    assert row[head.index("balanced, one repeat")] == f"{first['permutation_bacc']:.1f}"
     assert "of one repeat" in html[: html.index("<table>")]
 
 
