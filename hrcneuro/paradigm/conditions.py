@@ -55,7 +55,7 @@ def count_pairs(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def no_previous_error(trials: pd.DataFrame) -> pd.Series:
-    """Return which moves do not follow an error: in iC a human takeover often does, so labels leak (docs/confound.md)."""
+    """Return which moves follow no error: in iC a human takeover often does, so labels leak (docs/confound.md)."""
     return ~trials["prev_error"].astype(bool)
 
 
