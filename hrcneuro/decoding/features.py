@@ -47,7 +47,8 @@ def window_means(
         mean_window_s: The window whose mean is removed (offline 0-0.8 s, online 0-0.6 s).
 
     Raises:
-        DataError: A window reaches past the epoch or holds no sample, or the data are not finite or not in microvolt.
+        DataError: A window reaches past the epoch or holds no sample, or the data are not finite, all alike
+            or not in microvolt.
     """
     weights = window_weights(times_s, windows_s=windows_s, mean_window_s=mean_window_s)
     check_epochs(epochs_uv)
@@ -114,7 +115,7 @@ def window_weights(times_s: np.ndarray, *, windows_s: Sequence[Span], mean_windo
 
 
 def check_epochs(epochs_uv: np.ndarray) -> None:
-    """Refuse epochs that hold NaN or infinite samples, or that are in volts.
+    """Refuse epochs that hold NaN or infinite samples, no signal at all, or volts.
 
     Raises:
         DataError: With the first trial and channel concerned, or with the spread found.
@@ -127,12 +128,21 @@ def check_epochs(epochs_uv: np.ndarray) -> None:
     if len(bad):
         raise DataError(
             f"{len(np.unique(bad[:, 0]))} of {len(epochs_uv)} trials hold samples that are not finite, the first in "
-            f"trial {bad[0, 0]}, channel {bad[0, 1]}",
-            cure="name the channel as bad (preprocess) or reject the trial (epoch), then decode again",
+            f"trial {bad[0, 0]}, EEG channel {bad[0, 1]} (both counted from 0)",
+            cure="look at the upstream stages: name the channel as bad (acquire.bads), then decode again",
         )
     sample = epochs_uv[:50]
-    spread = float(np.median(np.abs(sample - np.median(sample))))
-    if 0 < spread < _SMALLEST_SPREAD_UV:
+    deviations = np.abs(sample - np.median(sample))
+    # Samples that do not deviate, as those of flat channels, tell nothing of the unit.
+    deviations = deviations[deviations > 0]
+    if not deviations.size:
+        raise DataError(
+            f"the epochs hold no signal: every sample is {sample.flat[0]:g}",
+            cure="look at quality.png of preprocess: all channels are flat, or the only one was referenced to itself "
+            "(preprocess.reference)",
+        )
+    spread = float(np.median(deviations))
+    if spread < _SMALLEST_SPREAD_UV:
         raise DataError(
             f"the epochs' median deviation is {spread:.3g}; in microvolt it is above {_SMALLEST_SPREAD_UV:g}",
             cure="they seem to be in volts: multiply by 1e6 (the regularisation has a unit: microvolt squared)",

@@ -52,7 +52,7 @@ _TESTED = {
 
 AVERAGES = Table(
     1,
-    "one row an average: what the evoked file was made of; n = 0 where a condition has no trial",
+    "one row an average: what the evoked file was made of; a condition without a trial has no row",
     {**_CONDITION, **_TRIALS},
 )
 ERP = Table(1, "one row a scenario, condition and channel", {**_CONDITION, **_CHANNEL, **_SUBJECTS, **_TIME, **_GRAND})

@@ -77,8 +77,24 @@ def test_samples_that_are_not_finite_are_named(value):
     t = times(128)
     data = noise(5, 3, t)
     data[3, 1, 7] = value
-    with pytest.raises(DataError, match=r"1 of 5 trials hold .* trial 3, channel 1"):
+    with pytest.raises(DataError, match=r"1 of 5 trials hold .* trial 3, EEG channel 1") as caught:
         features.window_means(data, t)
+    assert "acquire.bads" in caught.value.cure
+
+
+@pytest.mark.parametrize("value", [0.0, -3.5])
+def test_epochs_without_a_signal_are_refused(value):
+    t = times(128)
+    with pytest.raises(DataError, match=f"no signal: every sample is {value:g}"):
+        features.window_means(np.full((4, 1, len(t)), value), t)
+
+
+def test_flat_channels_hide_neither_a_signal_nor_its_unit():
+    t = times(128)
+    data = np.concatenate([noise(4, 3, t), np.zeros((4, 5, len(t)))], axis=1)
+    assert features.window_means(data, t).shape == (4, 8 * 15)
+    with pytest.raises(DataError, match="volts"):
+        features.window_means(1e-6 * data, t)
 
 
 def test_band_power_finds_the_band_of_a_sine():
