@@ -14,7 +14,6 @@ from hrcneuro.errors import ConfigError, DataError, did_you_mean
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
-    from numpy.typing import NDArray
 
     from hrcneuro.eeg.contrasts import Averages, Tested
     from hrcneuro.eeg.selection import Trials
@@ -183,22 +182,6 @@ def group_summary(
     }
 
 
-def require_same_times(unit: str, times: NDArray[np.float64], other: str, others: NDArray[np.float64]) -> None:
-    """Refuse to average over subjects whose epochs differ.
-
-    Raises:
-        DataError: Number or times of the samples differ.
-    """
-    import numpy as np
-
-    if len(times) != len(others) or not np.allclose(times, others, atol=1e-6):
-        raise DataError(
-            f"{unit} has {len(times)} samples from {times[0]:g} to {times[-1]:g} s, {other} {len(others)} from "
-            f"{others[0]:g} to {others[-1]:g} s; a group needs the same",
-            cure="give all subjects one preprocess.sfreq and one epoch window, or exclude the one that differs",
-        )
-
-
 def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], config: Options) -> list[str]:
     """Return sentences on contrasts that lack subjects and on tests that can never reach significance."""
     from hrcneuro.eeg.permutation import smallest_p
@@ -228,6 +211,9 @@ def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], c
 def contrast_summary(tested: Tested, axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
     """Return a contrast as JSON: subjects, significant points, thresholds, and where the difference is largest.
 
+    There, at ``peak``, are the difference, its t and corrected p, and Cohen's dz with its confidence interval. The
+    place was chosen for its size, so the effect there is larger than it would be at a place named beforehand.
+
     Args:
         tested: The contrast.
         axes: Name -> labels of each axis of the map, in their order.
@@ -242,7 +228,8 @@ def contrast_summary(tested: Tested, axes: Mapping[str, Iterable[Any]]) -> dict[
     found: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
     if result.test is not None:
         test = result.test
-        peak |= {"t": _jsonable(test.t[at]), "p": float(test.p[at]), "dz": float(result.dz[at])}
+        peak |= {"t": _jsonable(test.t[at]), "p": float(test.p[at])}
+        peak |= {name: _jsonable(getattr(result, name)[at]) for name in ("dz", "dz_low", "dz_high")}
         found |= {"significant": int(test.significant.sum()), "p_min": float(test.p.min())}
         found |= {
             "t_low": _jsonable(test.low),

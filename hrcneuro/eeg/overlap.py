@@ -7,6 +7,8 @@ as far as responses add up (Smith & Kutas 2015, doi:10.1111/psyp.12320).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,18 +16,35 @@ from numpy.typing import NDArray
 RIDGE = 1e-6
 
 
+@dataclass(frozen=True)
+class Others:
+    """Onsets without an epoch, whose responses reach into the epochs of others all the same.
+
+    ``onsets``: sample of each in the recording, shape (onsets,). ``spans``: which part of an epoch around it would lie
+    in the same stretch of the recording, as (first sample, first sample after), shape (onsets, 2): no response goes on
+    behind a discontinuity.
+    """
+
+    onsets: NDArray[np.integer]
+    spans: NDArray[np.integer]
+
+
 def regressed_averages(
-    data: NDArray[np.float64], onsets: NDArray[np.integer], masks: NDArray[np.bool_]
+    data: NDArray[np.float64],
+    onsets: NDArray[np.integer],
+    masks: NDArray[np.bool_],
+    others: Others | None = None,
 ) -> NDArray[np.float64]:
     """Return each condition's response without its neighbours', shape (conditions, channels, samples).
 
-    Conditions are fitted together with all others that share no trial with them, plus one class of all other trials.
-    The samples fitted are those within any epoch, so onsets without an epoch are not accounted for.
+    Conditions are fitted together with all others that share no trial with them, plus one class of all other onsets:
+    those of the other trials and those without an epoch. The samples fitted are those within any epoch.
 
     Args:
         data: Epochs without baseline correction, shape (trials, channels, samples).
-        onsets: The sample of each onset in the recording, shape (trials,).
+        onsets: The sample of each trial's onset in the recording, shape (trials,).
         masks: Which trials belong to which condition, shape (conditions, trials).
+        others: The recording's other onsets.
 
     Raises:
         ValueError: A condition has no trial, or two trials share an onset.
@@ -34,13 +53,10 @@ def regressed_averages(
         raise ValueError(f"conditions {np.flatnonzero(~masks.any(axis=1)).tolist()} have no trial")
     if len(np.unique(onsets)) < len(onsets):
         raise ValueError("two trials have their onset at the same sample: their responses cannot be told apart")
+    fit = _Fit(data, onsets, others)
     responses = np.empty((len(masks), *data.shape[1:]))
     for members in _families(masks):
-        classes = masks[members]
-        rest = ~classes.any(axis=0)
-        if rest.any():
-            classes = np.vstack([classes, rest])
-        responses[members] = _solve(data, onsets, classes)[: len(members)]
+        responses[members] = fit.responses(masks[members])
     return responses
 
 
@@ -56,41 +72,44 @@ def _families(masks: NDArray[np.bool_]) -> list[list[int]]:
     return groups
 
 
-def _solve(data: NDArray[np.float64], onsets: NDArray[np.integer], classes: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the least-squares responses of classes that share no trial, shape (classes, channels, samples).
+class _Fit:
+    """The samples within any epoch, and which sample of which onset's response each of them holds."""
 
-    The right-hand side of the normal equations is the sum of each class's epochs. The matrix counts, for every two
-    classes, how often their onsets lie a given lag apart: one Toeplitz block a pair.
-    """
-    from scipy import linalg
+    def __init__(self, data: NDArray[np.float64], onsets: NDArray[np.integer], others: Others | None) -> None:
+        n_times = data.shape[-1]
+        reach = np.arange(n_times)
+        samples = np.unique(onsets[:, None] + reach)
+        self.signal = np.empty((len(samples), data.shape[1]))
+        starts = np.searchsorted(samples, onsets)
+        for start, epoch in zip(starts, data, strict=True):
+            self.signal[start : start + n_times] = epoch.T
+        self.n_times, self.n_trials = n_times, len(data)
+        # One entry a sample of a response: its row (the sample of the recording), its onset, its place in the response.
+        self.row = (starts[:, None] + reach).ravel()
+        self.onset, self.lag = np.divmod(np.arange(len(self.row)), n_times)
+        if others is not None and len(others.onsets):
+            sample = others.onsets[:, None] + reach
+            row = np.minimum(np.searchsorted(samples, sample), len(samples) - 1)
+            held = (samples[row] == sample) & (reach >= others.spans[:, :1]) & (reach < others.spans[:, 1:])
+            onset, lag = np.nonzero(held)
+            self.row = np.concatenate([self.row, row[held]])
+            self.onset = np.concatenate([self.onset, self.n_trials + onset])
+            self.lag = np.concatenate([self.lag, lag])
 
-    n_classes, n_times = len(classes), data.shape[-1]
-    lags = _lag_counts(onsets, classes, n_times)
-    matrix = np.empty((n_classes, n_times, n_classes, n_times))
-    for a in range(n_classes):
-        for b in range(n_classes):
-            # Sample l of an onset of class a is sample l - lag of the onset of class b that comes lag later.
-            matrix[a, :, b, :] = linalg.toeplitz(lags[a, b, n_times - 1 :], lags[a, b, n_times - 1 :: -1])
-    normal = matrix.reshape(n_classes * n_times, -1)
-    normal[np.diag_indices_from(normal)] *= 1 + RIDGE
-    sums = (classes.astype(float) @ data.reshape(len(data), -1)).reshape(n_classes, data.shape[1], n_times)
-    solved = linalg.solve(normal, sums.transpose(0, 2, 1).reshape(n_classes * n_times, -1), assume_a="pos")
-    responses: NDArray[np.float64] = solved.reshape(n_classes, n_times, -1).transpose(0, 2, 1)
-    return responses
+    def responses(self, classes: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Return the least-squares responses of classes that share no trial, shape (classes, channels, samples)."""
+        from scipy import linalg, sparse
 
-
-def _lag_counts(onsets: NDArray[np.integer], classes: NDArray[np.bool_], n_times: int) -> NDArray[np.float64]:
-    """Return how many pairs of onsets (class a, class b) lie b - a = lag apart, shape (a, b, lags), lag 0 mid-way."""
-    counts = np.zeros((len(classes), len(classes), 2 * n_times - 1))
-    order = np.argsort(onsets)
-    sample, member = onsets[order], classes.argmax(axis=0)[order]
-    for shift in range(len(sample)):
-        lag = sample[shift:] - sample[: len(sample) - shift]
-        near = lag < n_times
-        if not near.any():
-            break
-        a, b, lag = member[: len(sample) - shift][near], member[shift:][near], lag[near]
-        np.add.at(counts, (a, b, n_times - 1 + lag), 1)
-        if shift:
-            np.add.at(counts, (b, a, n_times - 1 - lag), 1)
-    return counts
+        rest = len(classes)
+        member = np.full(max(self.n_trials, self.onset.max() + 1), rest)
+        member[: self.n_trials] = np.where(classes.any(axis=0), classes.argmax(axis=0), rest)
+        column = member[self.onset] * self.n_times + self.lag
+        shape = (len(self.signal), (member.max() + 1) * self.n_times)
+        design = sparse.csr_array((np.ones(len(column)), (self.row, column)), shape=shape)
+        normal = (design.T @ design).toarray()
+        diagonal = np.diag_indices_from(normal)
+        # What no fitted sample holds, as parts of the response of onsets far from all epochs, is set to zero.
+        normal[diagonal] = np.where(normal[diagonal] > 0, normal[diagonal] * (1 + RIDGE), 1.0)
+        solved = linalg.solve(normal, design.T @ self.signal, assume_a="pos", overwrite_a=True, overwrite_b=True)
+        found: NDArray[np.float64] = solved.reshape(-1, self.n_times, solved.shape[1])[:rest].transpose(0, 2, 1)
+        return found

@@ -65,6 +65,18 @@ def ratio(source: float, target: float) -> Ratio:
     return Ratio(source, near.numerator, near.denominator)
 
 
+def common_rate(sources: Sequence[float]) -> int | None:
+    """Return the highest whole rate, in Hz, that all sources reach with equal samples; None where there is none.
+
+    Rates count as equal where their grids stay within 10 µs for a second, a hundredth of a sample at 1000 Hz.
+    """
+    for rate in range(math.floor(min(sources)), 1, -1):
+        made = [ratio(source, rate).sfreq for source in sources]
+        if max(made) - min(made) <= 1e-5 * rate:
+            return rate
+    return None
+
+
 def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``.
 

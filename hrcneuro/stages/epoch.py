@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.analyses import onsets as onsets_of
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.errors import DataError
 
@@ -60,10 +61,10 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             cure="look at the events: hrcneuro acquire SUBJECT --inspect",
         )
     raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
-    data, ratio = read_samples(raw, range(len(raw.ch_names))), _ratio(inputs, raw)
+    data, ratio = read_samples(raw, range(len(raw.ch_names))), onsets_of.ratio(inputs, raw)
     window = Window.of(ratio.sfreq, config.tmin, config.tmax)
-    onsets = _onsets(trials, ratio)
-    breaks, marked = _obstacles(raw, ratio)
+    onsets = onsets_of.samples(trials, ratio)
+    breaks, marked = onsets_of.borders(raw, ratio), _marked(raw, ratio)
     limit = config.reject_uv * 1e-6
     reasons = judge(data, onsets, window, borders=breaks, marked=marked, limit=limit)
     kept = reasons == ""
@@ -81,37 +82,12 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     return summary
 
 
-def _ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
-    from hrcneuro.eeg.resample import Ratio
-    from hrcneuro.io.tables import read_table
-
-    timing = read_table(inputs.path("preprocess", "timing.parquet")).to_dict("records")[0]
-    if raw.n_times != timing["n_samples"]:
-        raise DataError(
-            f"the clean recording has {raw.n_times} samples, timing.parquet says {timing['n_samples']}",
-            cure=f"rerun it: hrcneuro preprocess {inputs.unit} --force",
-        )
-    return Ratio(float(timing["source_sfreq"]), int(timing["up"]), int(timing["down"]))
-
-
-def _onsets(trials: pd.DataFrame, ratio: Ratio) -> np.ndarray:
-    """Return the clean signal's sample of each onset, -1 where a trial has none."""
-    import numpy as np
-
-    known = trials["onset_sample"].notna().to_numpy()
-    onsets = np.full(len(trials), -1, np.int64)
-    onsets[known] = ratio.nearest(trials.loc[known, "onset_sample"].to_numpy(np.int64))
-    return onsets
-
-
-def _obstacles(raw: mne.io.BaseRaw, ratio: Ratio) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the discontinuities and the stretches marked bad, in samples of the clean signal."""
+def _marked(raw: mne.io.BaseRaw, ratio: Ratio) -> list[tuple[int, int]]:
+    """Return the stretches marked bad, in samples of the clean signal."""
     from hrcneuro.eeg import breaks
 
     marks = raw.annotations
-    found = breaks.borders(marks.onset, marks.description, ratio.source)
-    bad = breaks.marked(marks.onset, marks.duration, marks.description, ratio.sfreq)
-    return [ratio.first(sample) for sample in found], bad
+    return breaks.marked(marks.onset, marks.duration, marks.description, ratio.sfreq)
 
 
 def _to_mne(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.analyses import alike, onsets
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
@@ -20,8 +21,13 @@ if TYPE_CHECKING:
 
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
 
-INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
-GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet")}
+INPUTS: Patterns = {
+    "epoch": ("*_epo*.fif",),
+    # The onsets without an epoch, for overlap = "regress".
+    "acquire": ("trials.parquet",),
+    "preprocess": ("*_clean_raw*.fif", "timing.parquet"),
+}
+GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet"), "preprocess": ("timing.parquet",)}
 
 FIGURES = {
     "erp_subject.png": "One subject's potentials with standard errors over trials; maps of the difference (of the "
@@ -76,7 +82,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     trials = group_contrasts.read_trials(inputs)
     cells, warnings = group_contrasts.filled_cells(trials, config, inputs.unit)
-    means, data = _averages(trials, [cell.mask for cell in cells], config)
+    means, data = _averages(trials, [cell.mask for cell in cells], config, inputs)
     write_evokeds(_evokeds(trials, cells, means, config), out / f"{inputs.unit}_ave.fif")
     gaps = {cell.label: shortest_gap_s(trials.table[cell.mask]) for cell in cells}
     rows = [(cell.scenario, cell.condition, cell.n, gaps[cell.label]) for cell in cells]
@@ -119,7 +125,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.figures import erp_panels
     from hrcneuro.tables import contrasts as contrast_tables
 
-    averages, times, info, gap = _read_group(inputs)
+    averages, times, info, gap, lost = _read_group(inputs)
     names = info["ch_names"]
     axes = {"channel": names, "times": times}
     pairs = group_contrasts.in_order((pair for maps in averages.values() for pair in maps), config.conditions)
@@ -155,11 +161,11 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     if shown := group_contrasts.held_by_half(within, len(averages)):
         panels = replace(drawing, averages=strata).panels(shown)
         erp_figures.draw(panels, times, info, out / "erp_strata.png", channel=channel, gap_s=gap, note=note)
-    return summary | {"strata": contrast_strata.summary(within, labels)}
+    return summary | {"strata": contrast_strata.summary(within, labels), "warnings": lost + summary["warnings"]}
 
 
 def _averages(
-    trials: Trials, masks: list[NDArray[np.bool_]], config: Config
+    trials: Trials, masks: list[NDArray[np.bool_]], config: Config, inputs: Inputs
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the average of each cell, and the epochs with their baseline subtracted: ``trials.data`` itself."""
     import numpy as np
@@ -170,8 +176,9 @@ def _averages(
     start, stop = config.baseline_s
     means = None
     if config.overlap == "regress":
+        others = onsets.without_epoch(inputs, trials)
         try:
-            means = regressed_averages(trials.data, trials.onsets, np.stack(masks))
+            means = regressed_averages(trials.data, trials.onsets, np.stack(masks), others)
         except (ValueError, np.linalg.LinAlgError) as error:
             raise DataError(
                 f"the overlap of responses cannot be regressed out: {error}", cure="use erp.overlap = 'keep'"
@@ -205,8 +212,8 @@ def _evokeds(trials: Trials, cells: list[Cell], means: NDArray[np.float64], conf
 
 def _read_group(
     inputs: Inputs,
-) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float64]]], NDArray[np.float64], mne.Info, float]:
-    """Return subject -> averages (µV, on the channels that all have), times, the channels, and the shortest gap."""
+) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float64]]], NDArray[np.float64], mne.Info, float, list[str]]:
+    """Return subject -> averages (µV) on shared channels, times, these channels, the shortest gap, and warnings."""
     import mne
     import numpy as np
 
@@ -216,16 +223,16 @@ def _read_group(
     units = inputs.units("erp")
     evokeds = {unit: read_evokeds(inputs.path("erp", f"{unit}_ave.fif", unit=unit)) for unit in units}
     first = evokeds[units[0]][0]
-    shared = [name for name in first.ch_names if all(name in e[0].ch_names for e in evokeds.values())]
+    shared, lost = alike.shared_channels({unit: found[0].ch_names for unit, found in evokeds.items()})
+    alike.require_same_times(inputs, {unit: found[0].times for unit, found in evokeds.items()})
     averages, gaps = {}, []
     for unit, found in evokeds.items():
-        group_contrasts.require_same_times(units[0], first.times, unit, found[0].times)
         picked = [found[0].ch_names.index(name) for name in shared]
         averages[unit] = {_pair(e.comment): e.data[picked] * 1e6 for e in found}
         gaps.append(read_table(inputs.path("erp", "averages.parquet", unit=unit))["gap_s"].min())
     info = mne.pick_info(first.info, [first.ch_names.index(name) for name in shared])
     known = [gap for gap in gaps if np.isfinite(gap)]
-    return averages, first.times, info, min(known, default=float("nan"))
+    return averages, first.times, info, min(known, default=float("nan")), lost
 
 
 def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, str], NDArray[np.float64]]]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.analyses import alike
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
 from hrcneuro.contract import Inputs, Patterns, option
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
 
 INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
-GROUP_INPUTS: Patterns = {"ersp": ("ersp*.parquet", "channels.parquet")}
+GROUP_INPUTS: Patterns = {"ersp": ("ersp*.parquet", "channels.parquet"), "preprocess": ("timing.parquet",)}
 
 FIGURES = {
     "ersp_subject.png": "One subject's difference of mean magnitudes (of the magnitude itself, over its mean in time, "
@@ -105,7 +106,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.figures import ersp as ersp_figures
     from hrcneuro.tables import contrasts as contrast_tables
 
-    averages, axes, gap = _read_group(inputs)
+    averages, axes, gap, lost = _read_group(inputs)
     pairs = group_contrasts.in_order((pair for maps in averages.values() for pair in maps), config.conditions)
     contrast_tables.write_grand(averages, pairs, axes, out / "ersp.parquet", contrast_tables.ERSP)
     adjacency = _adjacency(inputs, axes) if config.correction == "cluster" else None
@@ -129,7 +130,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     within = list(group_contrasts.over_subjects(strata, config, adjacency))
     contrast_tables.write_tested(within, axes, out / "ersp_strata.parquet", contrast_tables.ERSP_STRATA)
     drawing.group(group_contrasts.held_by_half(within, len(averages)), out / "ersp_strata.png", test=test)
-    return summary | {"strata": contrast_strata.summary(within, labels), "warnings": summary["warnings"] + missing}
+    warnings = lost + summary["warnings"] + missing
+    return summary | {"strata": contrast_strata.summary(within, labels), "warnings": warnings}
 
 
 def _wavelets(config: Config, sfreq: float) -> Wavelets:
@@ -159,20 +161,20 @@ def _figure_channels(config: Config, names: list[str]) -> tuple[list[str], list[
 
 def _read_group(
     inputs: Inputs,
-) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float32]]], dict[str, Any], float]:
-    """Return subject -> maps on the channels that all have, their axes, and the shortest gap."""
+) -> tuple[dict[str, dict[tuple[str, str], NDArray[np.float32]]], dict[str, Any], float, list[str]]:
+    """Return subject -> maps on shared channels, their axes, the shortest gap, and warnings."""
     from hrcneuro.tables.contrasts import read_magnitudes
 
     found = {u: read_magnitudes(inputs.path("ersp", "ersp.parquet", unit=u)) for u in inputs.units("ersp")}
-    first_unit, (_, first, _) = next(iter(found.items()))
-    shared = [name for name in first["channel"] if all(name in axes["channel"] for _, axes, _ in found.values())]
+    shared, lost = alike.shared_channels({unit: axes["channel"] for unit, (_, axes, _) in found.items()})
+    alike.require_same_times(inputs, {unit: axes["times"] for unit, (_, axes, _) in found.items()})
     averages = {}
     for unit, (maps, axes, _) in found.items():
-        group_contrasts.require_same_times(first_unit, first["times"], unit, axes["times"])
         picked = [axes["channel"].index(name) for name in shared]
         averages[unit] = {pair: value[picked] for pair, value in maps.items()}
     gaps = [gap for _, _, gap in found.values() if gap == gap]
-    return averages, first | {"channel": shared}, min(gaps, default=float("nan"))
+    _, first, _ = next(iter(found.values()))
+    return averages, first | {"channel": shared}, min(gaps, default=float("nan")), lost
 
 
 def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, str], NDArray[np.float32]]]:

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from hrcneuro.eeg.evoked import averages
-from hrcneuro.eeg.overlap import regressed_averages
+from hrcneuro.eeg.overlap import Others, regressed_averages
 
 SFREQ, FIRST, LENGTH = 100, -20, 141
 
@@ -41,6 +41,54 @@ def test_equals_mnes_regression_of_the_recording():
     )
     np.testing.assert_allclose(found[0], expected["a"].data, atol=1e-4)
     np.testing.assert_allclose(found[1], expected["b"].data, atol=1e-4)
+
+
+def apart(epochs, onsets, kinds, *, every=5, cut=0):
+    """Every n-th onset loses its epoch; of its response, only what lies within ``cut`` samples of its ends is held."""
+    kept = np.arange(len(onsets)) % every > 0
+    spans = np.tile([cut, LENGTH - cut], ((~kept).sum(), 1))
+    return epochs[kept], onsets[kept], kinds[kept], Others(onsets[~kept], spans)
+
+
+def test_onsets_without_an_epoch_leave_no_trace_in_the_epochs_they_reach():
+    """All onsets have one response, a fifth of them no epoch, as moves of no condition."""
+    _, _, onsets, kinds, responses = recording(noise=0)
+    signal = np.zeros((2, onsets[-1] + 300))
+    for onset in onsets:
+        signal[:, onset + FIRST : onset + FIRST + LENGTH] += responses[1]
+    epochs = np.stack([signal[:, o + FIRST : o + FIRST + LENGTH] for o in onsets])
+    epochs, onsets, kinds, others = apart(epochs, onsets, kinds)
+    masks = np.stack([kinds == k for k in range(3)])
+    found = regressed_averages(epochs, onsets, masks, others)
+    np.testing.assert_allclose(found, np.broadcast_to(responses[1], found.shape), atol=1e-4)
+    assert np.abs(regressed_averages(epochs, onsets, masks) - responses[1]).max() > 0.1
+
+
+@pytest.mark.parametrize("cut", [0, 40])
+def test_equals_least_squares_on_the_samples_within_epochs(cut):
+    """The plain way: a column a class and sample of its response, a row a sample of the recording."""
+    signal, epochs, onsets, kinds, _ = recording(noise=1.0, n=60)
+    epochs, onsets, kinds, others = apart(epochs, onsets, kinds, cut=cut)
+    masks = np.stack([kinds == 0, kinds == 1])
+    design, inside = np.zeros((signal.shape[1], 3 * LENGTH)), np.zeros(signal.shape[1], bool)
+    for onset, kind in zip(onsets, kinds, strict=True):
+        for i in range(LENGTH):
+            design[onset + FIRST + i, kind * LENGTH + i] += 1
+            inside[onset + FIRST + i] = True
+    for onset, (start, stop) in zip(others.onsets, others.spans, strict=True):
+        for i in range(start, stop):
+            design[onset + FIRST + i, 2 * LENGTH + i] += 1
+    expected = np.linalg.lstsq(design[inside], signal[:, inside].T, rcond=None)[0].T.reshape(2, 3, LENGTH)
+    found = regressed_averages(epochs, onsets, masks, others)
+    np.testing.assert_allclose(found, expected.transpose(1, 0, 2)[:2], atol=1e-4)
+
+
+def test_onsets_far_from_every_epoch_change_nothing():
+    _, epochs, onsets, kinds, _ = recording(noise=0.5)
+    masks = np.stack([kinds == k for k in range(3)])
+    far = Others(np.array([onsets[-1] + 1000]), np.array([[0, LENGTH]]))
+    plain = regressed_averages(epochs, onsets, masks)
+    np.testing.assert_allclose(regressed_averages(epochs, onsets, masks, far), plain, rtol=1e-12)
 
 
 def test_conditions_that_share_trials_are_fitted_apart():

@@ -155,3 +155,17 @@ def test_equals_the_exact_resampling_of_a_periodic_signal():
     ours = resample.resample(signal[None].copy(), resample.ratio(1000, 512), pass_freq=40.5)[0, 500:-500]
     theirs = resample_poly(signal, 64, 125)[500:-500]
     assert np.abs(ours - exact).max() < 1e-4 < 1e-2 < np.abs(theirs - exact).max()
+
+
+@given(st.lists(st.floats(60, 2500), min_size=1, max_size=4))
+@settings(max_examples=50, deadline=None)
+def test_the_common_rate_is_one_that_all_sources_reach(sources):
+    rate = resample.common_rate(sources)
+    made = [resample.ratio(source, rate).sfreq for source in sources]
+    assert max(made) - min(made) <= 1e-5 * rate
+    assert made == pytest.approx([rate] * len(made), rel=1e-3)
+
+
+@pytest.mark.parametrize(("sources", "rate"), [([512, 1000], 512), ([511.9, 999.7], 511), ([250], 250), ([1.5], None)])
+def test_the_common_rate_is_the_highest(sources, rate):
+    assert resample.common_rate(sources) == rate

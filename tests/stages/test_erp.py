@@ -10,11 +10,14 @@ from epoch_factory import CHANNELS, blank, figure_files, trial_table, write_subj
 
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.evoked import subtract_baseline, within
+from hrcneuro.eeg.resample import ratio
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.figures import erp as erp_figures
-from hrcneuro.io.fif import read_evokeds, write_epochs
-from hrcneuro.io.tables import describe, read_lists, read_table
-from hrcneuro.stages import erp
+from hrcneuro.io.fif import read_evokeds, write_epochs, write_raw
+from hrcneuro.io.tables import describe, read_lists, read_table, write_table
+from hrcneuro.sources.trials import TRIALS
+from hrcneuro.stages import epoch, erp
+from hrcneuro.tables.quality import TIMING
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 
@@ -99,6 +102,10 @@ def test_an_empty_condition_is_left_out_and_named(tmp_path):
     summary, out, _ = run(tmp_path, table=table)
     assert "iC/RH_before" in summary["warnings"][0]
     assert "iC/RH_before" not in {e.comment for e in read_evokeds(out / "s01_ave.fif")}
+    averages = read_table(out / "averages.parquet")
+    assert "iC/RH_before" not in set(averages["scenario"].astype(str) + "/" + averages["condition"].astype(str))
+    assert averages["n"].min() > 0
+    assert "a condition without a trial has no row" in describe(out / "averages.parquet").row
     assert "RH_before" not in summary["trials"]["iC"]
 
 
@@ -164,6 +171,12 @@ def test_group_means_and_statistics(tmp_path):
     assert found["peak"]["channel"] == "Fz"
     assert found["peak"]["time_s"] == pytest.approx(0.5, abs=0.05)
     assert found["t_low"] == -found["t_high"]
+    peak = found["peak"]
+    at = row(stats, scenario="all", contrast="RH-RR_before", channel=peak["channel"])
+    sample = np.argmin(np.abs(times - peak["time_s"]))
+    for name in ("dz_low", "dz", "dz_high"):
+        assert peak[name] == pytest.approx(read_lists(stats, name)[at][sample], rel=1e-5)
+    assert 0 < peak["dz_low"] < peak["dz"] < peak["dz_high"]
     assert not summary["warnings"]
     json.dumps(summary, allow_nan=False)
 
@@ -296,23 +309,101 @@ def test_subjects_with_different_epochs_are_refused(tmp_path):
         erp.run_group(SMALL, Inputs.of("group", erp=units), tmp_path)
 
 
+@pytest.mark.parametrize(("sources", "told"), [((511.9, 999.7), "= 511,"), ((500.0, 1000.0), "= 500,")])
+def test_unequal_rates_name_the_recordings_and_a_rate_that_all_reach(tmp_path, sources, told):
+    units, timing = {}, {}
+    for unit, source in zip(("s01", "s02"), sources, strict=True):
+        made = ratio(source, 512)
+        units[unit] = run(tmp_path, unit=unit, sfreq=made.sfreq)[1]
+        timing[unit] = tmp_path / "preprocess" / unit
+        timing[unit].mkdir(parents=True)
+        row = {"source_sfreq": source, "sfreq": made.sfreq, "up": made.up, "down": made.down}
+        write_table(pd.DataFrame([row | {"n_source": 1, "n_samples": 1}]), timing[unit] / "timing.parquet", TIMING)
+    with pytest.raises(DataError, match=f"s01 was recorded at {sources[0]:g} Hz and is at") as caught:
+        erp.run_group(SMALL, Inputs.of("group", erp=units, preprocess=timing), tmp_path)
+    assert f"preprocess.sfreq {told}" in caught.value.cure
+
+
 def test_channels_that_not_all_have_are_left_out(tmp_path):
     units = {u: run(tmp_path, unit=u, channels=c)[1] for u, c in (("s01", CHANNELS), ("s02", CHANNELS[2:]))}
     out = tmp_path / "group"
     out.mkdir()
-    erp.run_group(SMALL, Inputs.of("group", erp=units), out)
+    summary = erp.run_group(SMALL, Inputs.of("group", erp=units), out)
     assert list(read_table(out / "erp.parquet")["channel"].unique()) == list(CHANNELS[2:])
+    assert summary["warnings"][0] == "the group has 6 of 8 channels, those of all: s02 lacks Fz, FC1"
 
 
-def test_overlap_is_regressed_out(tmp_path):
-    kept, out_kept, _ = run(tmp_path / "a", effect_uv=20, n=150)
-    config = dataclasses.replace(SMALL, overlap="regress")
-    regressed, out, _ = run(tmp_path / "b", config, effect_uv=20, n=150)
+def test_subjects_without_a_common_channel_are_refused(tmp_path):
+    units = {u: run(tmp_path, unit=u, channels=c)[1] for u, c in (("s01", CHANNELS[:3]), ("s02", CHANNELS[3:]))}
+    with pytest.raises(DataError, match="no EEG channel in common.* s01 has Fz, FC1, FC2; s02 has C3, Cz") as caught:
+        erp.run_group(SMALL, Inputs.of("group", erp=units), tmp_path)
+    assert "acquire.channel_map" in caught.value.cure
+
+
+def overlapping(folder, n=240, sfreq=128.0):
+    """Write a recording in which every move has one response, and epochs of only some; return the response in µV.
+
+    Moves of no condition and rejected ones lie among the others, some at a cut in the recording. Moves are followed
+    sooner in some conditions, so that averages hold neighbours' responses and differ.
+    """
+    rng = np.random.default_rng(3)
+    before = rng.choice(["HH", "HR", "RR", "RH", None], n, p=[0.25, 0.2, 0.25, 0.2, 0.1])
+    gaps = np.where(before == "RH", rng.integers(75, 90, n), rng.integers(95, 150, n))
+    before[99:102], gaps[99:101] = ("HH", None, "HR"), 75
+    onsets = 200 + np.concatenate([[0], np.cumsum(gaps)[:-1]])
+    trials = pd.DataFrame({name: [None] * n for name in TRIALS.columns}).assign(
+        subject="s01", event="move", scenario="iC", practice=False, condition_before=before, onset_s=onsets / sfreq,
+        onset_sample=onsets, soa_s=gaps / sfreq,
+    )  # fmt: skip
+    times = np.arange(round(-0.2 * sfreq), round(1.2 * sfreq) + 1) / sfreq
+    response = 10 * np.exp(-(((times - 0.4) / 0.25) ** 2)) * np.hanning(len(times))
+    signal, cut = np.zeros(onsets[-1] + 400), onsets[100] + 30
+    for onset in onsets:
+        reach = onset + round(times[0] * sfreq) + np.arange(len(times))
+        held = (reach < cut) == (onset < cut)  # no response goes on behind the cut
+        signal[reach[held]] += response[held]
+    signal[onsets[30] + 20] += 5000
+    info = mne.create_info(["Fz", "Cz"], sfreq, "eeg")
+    raw = mne.io.RawArray(np.stack([signal, 2 * signal]) * 1e-6, info, verbose="error")
+    raw.set_annotations(mne.Annotations([cut / sfreq], [0], ["boundary"]))
+    for name in ("acquire", "preprocess", "epoch"):
+        (folder / name).mkdir(parents=True)
+    write_table(trials, folder / "acquire" / "trials.parquet", TRIALS)
+    write_raw(raw, folder / "preprocess" / "s01_clean_raw.fif")
+    timing = {
+        "source_sfreq": sfreq,
+        "sfreq": sfreq,
+        "up": 1,
+        "down": 1,
+        "n_source": len(signal),
+        "n_samples": len(signal),
+    }
+    write_table(pd.DataFrame([timing]), folder / "preprocess" / "timing.parquet", TIMING)
+    made = epoch.run(
+        epoch.Config(), Inputs.of("s01", **{n: folder / n for n in ("acquire", "preprocess")}), folder / "epoch"
+    )
+    assert set(made["reasons"]) == {"amplitude", "boundary"}
+    return response, times
+
+
+def test_overlap_of_all_moves_is_regressed_out(tmp_path):
+    """Without noise, nothing but rounding remains beside the response of all moves, with an epoch or without."""
+    response, times = overlapping(tmp_path)
+    expected = response - response[within(times, -0.2, 0)].mean()
+    inputs = Inputs.of("s01", **{name: tmp_path / name for name in ("acquire", "preprocess", "epoch")})
+    found = {}
+    for overlap in ("keep", "regress"):
+        out = tmp_path / overlap
+        out.mkdir()
+        found[overlap] = (
+            erp.run(dataclasses.replace(SMALL, overlap=overlap), inputs, out),
+            {e.comment: 1e6 * e.data for e in read_evokeds(out / "s01_ave.fif")},
+        )
+    (kept, plain), (regressed, free) = found["keep"], found["regress"]
     assert kept["trials"] == regressed["trials"]
-    plain, free = ({e.comment: e for e in read_evokeds(o / "s01_ave.fif")}["all/RH_before"] for o in (out_kept, out))
-    before = within(free.times, -0.2, 0)
-    assert np.abs(free.data[:, before].mean(axis=1)).max() < 1e-9
-    assert np.abs(free.data - plain.data).max() > 1e-7
+    assert np.abs(plain["all/RH_before"][0] - plain["all/RR_before"][0]).max() > 1
+    for name in ("HH_before", "HR_before", "RR_before", "RH_before"):
+        np.testing.assert_allclose(free[f"all/{name}"], [expected, 2 * expected], atol=1e-3)
 
 
 def test_values_that_are_not_finite_are_refused(tmp_path):

@@ -162,6 +162,23 @@ def test_an_incomplete_table_is_refused(tmp_path):
         ersp.run_group(SMALL, Inputs.of("group", ersp={"s01": out}), tmp_path)
 
 
+def test_channels_that_not_all_have_are_left_out_and_named(tmp_path):
+    subjects = {"s01": CHANNELS[:6], "s02": CHANNELS, "s03": CHANNELS[1:]}
+    units = {unit: run(tmp_path, unit=unit, channels=channels)[1] for unit, channels in subjects.items()}
+    out = tmp_path / "group"
+    out.mkdir()
+    summary = ersp.run_group(SMALL, Inputs.of("group", ersp=units), out)
+    assert list(read_table(out / "ersp.parquet")["channel"].unique()) == list(CHANNELS[1:6])
+    expected = "the group has 5 of 8 channels, those of all: s01 lacks Pz, POz; s03 lacks Fz"
+    assert summary["warnings"][0] == expected
+
+
+def test_subjects_without_a_common_channel_are_refused(tmp_path):
+    units = {u: run(tmp_path, unit=u, channels=c)[1] for u, c in (("s01", CHANNELS[:2]), ("s02", CHANNELS[2:]))}
+    with pytest.raises(DataError, match="no EEG channel in common.* s01 has Fz, FC1; s02 has FC2"):
+        ersp.run_group(SMALL, Inputs.of("group", ersp=units), tmp_path)
+
+
 def test_contradictions_are_found():
     assert ersp.check(ersp.Config()) == []
     found = ersp.check(dataclasses.replace(ersp.Config(), low_hz=30.0, high_hz=4.0, channels=()))

@@ -1,0 +1,77 @@
+"""Where the trial table's onsets lie in the clean recording: what epoch cuts around, and what erp knows beyond that."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import DataError
+
+if TYPE_CHECKING:
+    import mne
+    import numpy as np
+    import pandas as pd
+
+    from hrcneuro.eeg.overlap import Others
+    from hrcneuro.eeg.resample import Ratio
+    from hrcneuro.eeg.selection import Trials
+
+
+def ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
+    """Return how the clean recording's samples follow from those that the trial table counts.
+
+    Raises:
+        DataError: The recording has not the length that preprocess wrote down.
+    """
+    from hrcneuro.eeg.resample import Ratio
+    from hrcneuro.io.tables import read_table
+
+    timing = read_table(inputs.path("preprocess", "timing.parquet")).to_dict("records")[0]
+    if raw.n_times != timing["n_samples"]:
+        raise DataError(
+            f"the clean recording has {raw.n_times} samples, timing.parquet says {timing['n_samples']}",
+            cure=f"rerun it: hrcneuro preprocess {inputs.unit} --force",
+        )
+    return Ratio(float(timing["source_sfreq"]), int(timing["up"]), int(timing["down"]))
+
+
+def samples(trials: pd.DataFrame, made: Ratio) -> np.ndarray:
+    """Return the clean signal's sample of each onset, -1 where a trial has none, shape (trials,)."""
+    import numpy as np
+
+    known = trials["onset_sample"].notna().to_numpy()
+    onsets = np.full(len(trials), -1, np.int64)
+    onsets[known] = made.nearest(trials.loc[known, "onset_sample"].to_numpy(np.int64))
+    return onsets
+
+
+def borders(raw: mne.io.BaseRaw, made: Ratio) -> list[int]:
+    """Return the first sample of each new stretch of the clean signal."""
+    from hrcneuro.eeg import breaks
+
+    return [made.first(s) for s in breaks.borders(raw.annotations.onset, raw.annotations.description, made.source)]
+
+
+def without_epoch(inputs: Inputs, trials: Trials) -> Others:
+    """Return the onsets in the recording that have no epoch: moves of no condition, and trials that were rejected.
+
+    Args:
+        inputs: With the trial table, and the clean recording and its timing.
+        trials: The epochs.
+    """
+    import numpy as np
+
+    from hrcneuro.eeg.overlap import Others
+    from hrcneuro.io.fif import read_raw
+    from hrcneuro.io.tables import read_table
+
+    raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
+    made = ratio(inputs, raw)
+    table = read_table(inputs.path("acquire", "trials.parquet"))
+    found = samples(table[~table["onset_sample"].isin(trials.table["onset_sample"])], made)
+    found = found[(found >= 0) & (found < raw.n_times)]
+    edges = np.array([0, *(b for b in borders(raw, made) if 0 < b < raw.n_times), raw.n_times])
+    stretch = np.searchsorted(edges, found, side="right")
+    first = found + round(trials.times[0] * trials.info["sfreq"])
+    spans = np.stack([edges[stretch - 1] - first, edges[stretch] - first], axis=1)
+    return Others(found, spans.clip(0, len(trials.times)))
