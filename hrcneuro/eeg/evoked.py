@@ -56,6 +56,32 @@ def standard_error(data: Floats) -> Floats:
     return error
 
 
+def half_interval(error: Floats, freedom: Floats | float, *, confidence: float) -> Floats:
+    """Return how far a mean's confidence interval reaches to either side: Student's t times its standard error."""
+    from scipy.special import stdtrit
+
+    half: Floats = stdtrit(freedom, (1 + confidence) / 2) * error
+    return half
+
+
+def difference_interval(first: Floats, second: Floats, *, confidence: float) -> Floats:
+    """Return half the confidence interval of the difference between the means of two sets of trials, shape (samples,).
+
+    Their variances need not be equal (Welch 1947, doi:10.1093/biomet/34.1-2.28). Zeros where a set has only one trial.
+
+    Args:
+        first, second: One channel's trials, shape (trials, samples).
+        confidence: Level of the interval.
+    """
+    if min(len(first), len(second)) < 2:
+        return np.zeros(first.shape[1:])
+    parts = [standard_error(data) ** 2 for data in (first, second)]
+    total = parts[0] + parts[1]
+    weight = parts[0] ** 2 / (len(first) - 1) + parts[1] ** 2 / (len(second) - 1)
+    freedom = np.divide(total**2, weight, out=np.ones_like(total), where=weight > 0)
+    return half_interval(np.sqrt(total), freedom, confidence=confidence)
+
+
 def within(times: Floats, start: float, stop: float) -> NDArray[np.bool_]:
     """Return which samples lie in the closed interval, forgiving rounding of the time axis."""
     slack = 1e-6

@@ -11,7 +11,9 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpecBase
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
@@ -20,6 +22,8 @@ from hrcneuro.figures.topomap import Map, Scalp
 Floats = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _FOOT = 4.1, 3.2, 0.75  # inches a panel, and below all of them
+_BELOW = 0.75  # inches more where panels have a difference
+_BETWEEN = 0.9  # inches between rows: the times below one, the title of the next
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _MAPS = 4
 
@@ -36,13 +40,14 @@ class Trace:
 
 @dataclass(frozen=True)
 class Panel:
-    """One plot: waveforms of a channel, spans in which they differ, maps above."""
+    """One plot: waveforms of a channel, spans in which they differ, maps above, the waveforms' difference below."""
 
     title: str
     traces: Sequence[Trace]
     maps: Sequence[Map]
     significant: NDArray[np.bool_] | None = None
     background: Floats | None = None  # all channels, drawn thin behind
+    difference: Trace | None = None
 
 
 def draw(
@@ -68,10 +73,10 @@ def draw(
     """
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
+    below = _BELOW if any(panel.difference for panel in panels) else 0.0
     scalp = Scalp.of(_positions(info))
     limit = _limit([m for p in panels for m in p.maps])
-    low, high = _range(panels)
-    width, height = _WIDTH * columns + 0.3, _HEIGHT * rows + _FOOT
+    width, height = _WIDTH * columns + 0.3, (_HEIGHT + below) * rows + _FOOT
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height))
         grid = figure.add_gridspec(
@@ -82,16 +87,17 @@ def draw(
             top=1 - 0.45 / height,
             bottom=(_FOOT + 0.1) / height,
             wspace=0.24,
-            hspace=0.4,
+            hspace=rows * _BETWEEN / (height - _FOOT - 0.55 - (rows - 1) * _BETWEEN),
         )
         for i, panel in enumerate(panels):
             cell = grid[i // columns, i % columns]
-            inner = cell.subgridspec(2, 1, height_ratios=[1, 2.1], hspace=0.08)
-            axes = figure.add_subplot(inner[1])
-            _waveforms(axes, panel, times, gap_s)
-            axes.set_ylim(low, high)
-            axes.set_ylabel(f"{channel} (µV)" if i % columns == 0 else "")
-            axes.set_xlabel("time from onset (ms)" if i + columns >= len(panels) else "")
+            parts = [1, 2.1, 1.4 * below] if below else [1, 2.1]
+            inner = cell.subgridspec(len(parts), 1, height_ratios=parts, hspace=0.08)
+            axes = _plots(figure, inner, panels, panel, times, gap_s)
+            for one, label in zip(axes, (f"{channel} (µV)", "difference (µV)"), strict=False):
+                one.set_ylabel(label if i % columns == 0 else "", fontsize=8 if one is axes[0] else 7)
+            figure.align_ylabels(axes)
+            axes[-1].set_xlabel("time from onset (ms)" if i + columns >= len(panels) else "")
             if scalp is not None and panel.maps:
                 last_in_row = (i + 1) % columns == 0 or i + 1 == len(panels)
                 room = inner[0].get_position(figure)
@@ -106,7 +112,25 @@ def draw(
         save(figure, path)
 
 
-def _waveforms(axes: Axes, panel: Panel, times: Floats, gap_s: float) -> None:
+def _plots(
+    figure: Figure, inner: GridSpecBase, panels: Sequence[Panel], panel: Panel, times: Floats, gap_s: float
+) -> list[Axes]:
+    """Draw a panel's waveforms, and their difference below where it has one; all panels share both scales."""
+    axes = [figure.add_subplot(inner[1] if panel.difference else inner[1:])]
+    _waveforms(axes[0], panel, panel.traces, times, gap_s)
+    # The legend lies below.
+    axes[0].set_ylim(_range([t for p in panels for t in p.traces], [p.background for p in panels], foot=3))
+    axes[0].legend(loc="lower right", handlelength=1.4, borderaxespad=0.1)
+    if panel.difference:
+        axes.append(figure.add_subplot(inner[2]))
+        _waveforms(axes[1], panel, [panel.difference], times, gap_s)
+        axes[1].set_ylim(_range([p.difference for p in panels if p.difference]))
+        axes[1].yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+        axes[0].tick_params(labelbottom=False)
+    return axes
+
+
+def _waveforms(axes: Axes, panel: Panel, traces: Sequence[Trace], times: Floats, gap_s: float) -> None:
     ms = times * 1000
     if panel.significant is not None:
         for start, stop in _spans(panel.significant):
@@ -115,9 +139,9 @@ def _waveforms(axes: Axes, panel: Panel, times: Floats, gap_s: float) -> None:
     shade_gap(axes, gap_s, times[-1])
     axes.axhline(0, color="0.6", lw=0.5, zorder=1)
     axes.axvline(0, color="0.6", lw=0.5, zorder=1)
-    if panel.background is not None:
+    if panel.background is not None and traces is panel.traces:
         axes.plot(ms, panel.background.T, color="0.8", lw=0.35, zorder=1.5)
-    for trace in panel.traces:
+    for trace in traces:
         if trace.error.any():
             low, high = trace.mean - trace.error, trace.mean + trace.error
             axes.fill_between(ms, low, high, color=trace.colour, alpha=0.18, lw=0, zorder=2)
@@ -125,7 +149,6 @@ def _waveforms(axes: Axes, panel: Panel, times: Floats, gap_s: float) -> None:
     for one in panel.maps:
         axes.axvline(one.time * 1000, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
     axes.set_xlim(ms[0], ms[-1])
-    axes.legend(loc="lower right", handlelength=1.4, borderaxespad=0.1)
 
 
 def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float) -> None:
@@ -145,12 +168,15 @@ def _limit(maps: Sequence[Map]) -> float:
     return largest or 1.0
 
 
-def _range(panels: Sequence[Panel]) -> tuple[float, float]:
-    edges = [t.mean + sign * t.error for p in panels for t in p.traces for sign in (-1, 1)]
-    edges += [p.background for p in panels if p.background is not None]
+def _range(
+    traces: Sequence[Trace], backgrounds: Sequence[Floats | None] = (), *, foot: float = 1
+) -> tuple[float, float]:
+    """Return the limits that hold all waveforms, with some room, ``foot`` times as much below as above."""
+    edges = [t.mean + sign * t.error for t in traces for sign in (-1, 1)]
+    edges += [one for one in backgrounds if one is not None]
     low, high = min(float(e.min()) for e in edges), max(float(e.max()) for e in edges)
     room = 0.05 * (high - low) or 1.0
-    return low - 3 * room, high + room  # the legend lies below
+    return low - foot * room, high + room
 
 
 def _spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

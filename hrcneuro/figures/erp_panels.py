@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcneuro.eeg.contrasts import Averages, Tested
-from hrcneuro.eeg.evoked import peak_times, standard_error
+from hrcneuro.eeg.evoked import difference_interval, half_interval, peak_times, standard_error
 from hrcneuro.eeg.selection import ALL, Cell, Trials
 from hrcneuro.figures.erp import Panel, Trace
-from hrcneuro.figures.style import CONTINUATION, colours
+from hrcneuro.figures.style import CONTINUATION, INK, colours
 from hrcneuro.figures.topomap import Map
 
 Floats = NDArray[np.float64]
@@ -48,11 +48,23 @@ def of_subject(
         error = standard_error(data[mask_of[name], row]) if config.overlap == "keep" else np.zeros(len(trials.times))
         return Trace(f"{name} ({int(mask_of[name].sum())})", mean_of[name][row], error, colour)
 
+    def difference(plus: str, minus: str) -> Trace:
+        error = np.zeros(len(trials.times))
+        if config.overlap == "keep":
+            parts = [data[mask_of[name], row] for name in (plus, minus)]
+            error = difference_interval(*parts, confidence=config.confidence)
+        return Trace("difference", mean_of[plus][row] - mean_of[minus][row], error, INK)
+
     def maps(values: Floats, stop_s: float) -> list[Map]:
         return _maps(values, None, trials.times, stop_s, config.map_times_s)
 
     panels = [
-        Panel(name, [trace(minus, CONTINUATION), trace(plus, hues[plus])], maps(mean_of[plus] - mean_of[minus], gap_s))
+        Panel(
+            name,
+            [trace(minus, CONTINUATION), trace(plus, hues[plus])],
+            maps(mean_of[plus] - mean_of[minus], gap_s),
+            difference=difference(plus, minus),
+        )
         for name, (plus, minus) in config.contrasts.items()
         if plus in mean_of and minus in mean_of
     ]
@@ -74,6 +86,7 @@ class Group:
     channel: str
     gap_s: float
     map_times_s: Sequence[float]
+    confidence: float
 
     def panels(self, tested: Sequence[Tested]) -> list[Panel]:
         """Return a panel a tested contrast."""
@@ -89,9 +102,17 @@ class Group:
                     [self._trace(one, one.minus, CONTINUATION), self._trace(one, one.plus, hues[one.plus])],
                     _maps(one.result.difference, significant, self.times, self.gap_s, self.map_times_s),
                     None if significant is None else significant[row],
+                    difference=self._difference(one),
                 )
             )
         return panels
+
+    def _difference(self, one: Tested) -> Trace:
+        row, result = list(self.channels).index(self.channel), one.result
+        error = np.zeros(len(self.times))
+        if result.n > 1:
+            error = half_interval(result.sd[row] / np.sqrt(result.n), result.n - 1.0, confidence=self.confidence)
+        return Trace("difference", result.difference[row], error, INK)
 
     def _trace(self, one: Tested, condition: str, colour: str) -> Trace:
         row = list(self.channels).index(self.channel)

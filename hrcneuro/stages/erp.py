@@ -30,11 +30,11 @@ INPUTS: Patterns = {
 GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet"), "preprocess": ("timing.parquet",)}
 
 FIGURES = {
-    "erp_subject.png": "One subject's potentials with standard errors over trials; maps of the difference (of the "
-    "potential itself where the study has no contrast)",
+    "erp_subject.png": "One subject's potentials with standard errors over trials; their difference with its "
+    "confidence interval, and maps of it (of the potential itself where the study has no contrast)",
     "erp.png": "Grand averages of each contrast, its first condition in colour, its second in grey, with standard "
-    "errors over subjects; grey spans and white electrodes: significant; maps of the difference (as in the paper's "
-    "Fig 2)",
+    "errors over subjects; below them the mean difference with its confidence interval, above them maps of it; grey "
+    "spans and white electrodes: significant (as in the paper's Fig 2)",
     "erp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
     "erp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in what is "
     "coming (turn): what remains of the difference does not stem from that",
@@ -110,7 +110,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         out / "erp_subject.png",
         channel=channel,
         gap_s=gap,
-        note=f"{inputs.unit}; bands: standard error over trials",
+        note=f"{inputs.unit}; {_bands(config)}",
     )
     counts: dict[str, dict[str, int]] = {}
     for cell in cells:
@@ -141,8 +141,9 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     contrast_tables.write_tested(tested, axes, out / "erp_stats.parquet", contrast_tables.ERP_STATS)
 
     channel = nearest_channel(config.channel, names)
-    drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s)
-    note = f"bands: standard error; {group_contrasts.named_test(config, subjects=len(averages))}"
+    drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s, config.confidence)
+    bands = f"bands: standard error, of the difference its {config.confidence:.0%} interval"
+    note = f"{bands}; {group_contrasts.named_test(config, subjects=len(averages))}"
     for name, chosen in (
         ("erp.png", [t for t in tested if t.scenario == ALL]),
         (
@@ -162,6 +163,12 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         panels = replace(drawing, averages=strata).panels(shown)
         erp_figures.draw(panels, times, info, out / "erp_strata.png", channel=channel, gap_s=gap, note=note)
     return summary | {"strata": contrast_strata.summary(within, labels), "warnings": lost + summary["warnings"]}
+
+
+def _bands(config: Config) -> str:
+    if config.overlap == "regress":
+        return "overlap of responses regressed out, which leaves no standard error"
+    return f"bands: standard error over trials, of the difference its {config.confidence:.0%} interval"
 
 
 def _averages(

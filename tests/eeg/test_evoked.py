@@ -2,7 +2,15 @@ import mne
 import numpy as np
 import pytest
 
-from hrcneuro.eeg.evoked import averages, peak_times, standard_error, subtract_baseline, within
+from hrcneuro.eeg.evoked import (
+    averages,
+    difference_interval,
+    half_interval,
+    peak_times,
+    standard_error,
+    subtract_baseline,
+    within,
+)
 
 TIMES = np.arange(-102, 615) / 512
 
@@ -40,6 +48,20 @@ def test_standard_error():
     data = np.random.default_rng(3).standard_normal((9, 4))
     np.testing.assert_allclose(standard_error(data), data.std(axis=0, ddof=1) / 3)
     np.testing.assert_array_equal(standard_error(data[:1]), np.zeros(4))
+
+
+def test_half_intervals_are_those_of_the_t_tests():
+    from scipy.stats import ttest_1samp, ttest_ind
+
+    rng = np.random.default_rng(5)
+    first, second = rng.standard_normal((9, 4)), 3 * rng.standard_normal((23, 4))
+    welch = ttest_ind(first, second, equal_var=False).confidence_interval(0.9)
+    half = difference_interval(first, second, confidence=0.9)
+    np.testing.assert_allclose(half, (welch.high - welch.low) / 2)
+    one = ttest_1samp(first, 0).confidence_interval(0.95)
+    np.testing.assert_allclose(half_interval(standard_error(first), 8, confidence=0.95), (one.high - one.low) / 2)
+    np.testing.assert_array_equal(difference_interval(first[:1], second, confidence=0.95), np.zeros(4))
+    np.testing.assert_array_equal(difference_interval(0 * first, 0 * second, confidence=0.95), np.zeros(4))
 
 
 def test_peak_times_are_apart_inside_and_the_highest():

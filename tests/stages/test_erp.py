@@ -181,6 +181,39 @@ def test_group_means_and_statistics(tmp_path):
     json.dumps(summary, allow_nan=False)
 
 
+def test_figures_show_the_difference_with_its_interval(tmp_path, monkeypatch, pictures):
+    from scipy.stats import ttest_1samp, ttest_ind
+
+    drawn = {}
+    monkeypatch.setattr(erp_figures, "save", lambda figure, path: drawn.update({path.name: figure}))
+    run_group(tmp_path, 5, n=50)
+    row = CHANNELS.index("Cz")
+
+    def shown(name, panel):
+        axes = [a for a in drawn[name].axes if a.get_xlim()[0] < 0 and len(a.lines) and not a.get_legend()][panel]
+        band = axes.collections[0].get_paths()[0].vertices[:, 1]
+        return next(line.get_ydata() for line in axes.lines if len(line.get_xdata()) > 2), band.min(), band.max()
+
+    evokeds = [
+        {e.comment: e.data[row] * 1e6 for e in read_evokeds(tmp_path / f"erp/s{i:02d}/s{i:02d}_ave.fif")}
+        for i in range(1, 6)
+    ]
+    waves = np.stack([e["all/RH_before"] - e["all/RR_before"] for e in evokeds])
+    interval = ttest_1samp(waves, 0).confidence_interval(0.95)
+    wave, low, high = shown("erp.png", 0)
+    np.testing.assert_allclose(wave, waves.mean(axis=0), atol=1e-4)
+    assert (low, high) == pytest.approx((interval.low.min(), interval.high.max()), abs=1e-4)
+
+    _, _, epochs = run(tmp_path / "one", n=50)
+    data = subtract_baseline(epochs.get_data(copy=True)[:, row] * 1e6, epochs.times, (-0.2, 0.0))
+    case = epochs.metadata["condition_before"].to_numpy()
+    plus, minus = data[case == "RH"], data[case == "RR"]
+    interval = ttest_ind(plus, minus, equal_var=False).confidence_interval(0.95)
+    wave, low, high = shown("erp_subject.png", 0)
+    np.testing.assert_allclose(wave, plus.mean(axis=0) - minus.mean(axis=0), atol=1e-4)
+    assert (low, high) == pytest.approx((interval.low.min(), interval.high.max()), abs=1e-4)
+
+
 def test_contrasts_are_tested_again_within_strata(tmp_path):
     """An effect of the previous error alone is a difference of conditions, but within neither stratum."""
     units, config = {}, dataclasses.replace(SMALL, min_stratum=3)
@@ -335,7 +368,7 @@ def test_channels_that_not_all_have_are_left_out(tmp_path):
 
 def test_subjects_without_a_common_channel_are_refused(tmp_path):
     units = {u: run(tmp_path, unit=u, channels=c)[1] for u, c in (("s01", CHANNELS[:3]), ("s02", CHANNELS[3:]))}
-    with pytest.raises(DataError, match="no EEG channel in common.* s01 has Fz, FC1, FC2; s02 has C3, Cz") as caught:
+    with pytest.raises(DataError, match=r"no EEG channel in common.* s01 has Fz, FC1, FC2; s02 has C3, Cz") as caught:
         erp.run_group(SMALL, Inputs.of("group", erp=units), tmp_path)
     assert "acquire.channel_map" in caught.value.cure
 

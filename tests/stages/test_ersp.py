@@ -175,7 +175,7 @@ def test_channels_that_not_all_have_are_left_out_and_named(tmp_path):
 
 def test_subjects_without_a_common_channel_are_refused(tmp_path):
     units = {u: run(tmp_path, unit=u, channels=c)[1] for u, c in (("s01", CHANNELS[:2]), ("s02", CHANNELS[2:]))}
-    with pytest.raises(DataError, match="no EEG channel in common.* s01 has Fz, FC1; s02 has FC2"):
+    with pytest.raises(DataError, match=r"no EEG channel in common.* s01 has Fz, FC1; s02 has FC2"):
         ersp.run_group(SMALL, Inputs.of("group", ersp=units), tmp_path)
 
 
