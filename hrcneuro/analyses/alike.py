@@ -74,7 +74,7 @@ def _rates(inputs: Inputs, unit: str, other: str) -> tuple[str, str]:
     if not {unit, other} <= set(timing) or timing[unit]["sfreq"] == timing[other]["sfreq"]:
         return "", f"rerun both from preprocess on with --force, or {leave_out}"
     told = " and ".join(
-        f"{u} was recorded at {timing[u]['source_sfreq']:.10g} Hz and is at {timing[u]['sfreq']:.10g} Hz now"
+        f"{u} was recorded at {timing[u]['source_sfreq']:.7g} Hz and is at {timing[u]['sfreq']:.7g} Hz now"
         for u in (unit, other)
     )
     rate = common_rate([float(one["source_sfreq"]) for one in timing.values()])
