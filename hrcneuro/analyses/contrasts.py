@@ -86,7 +86,8 @@ def read_trials(inputs: Inputs, dtype: type[np.floating] | None = None) -> Trial
         if not np.isfinite(epoch.sum()):
             channel = info["ch_names"][int(np.argmin(np.isfinite(epoch).all(axis=-1)))]
             raise DataError(
-                f"{path.name}: epoch {trial} holds values that are not finite on channel {channel}", cure=cure
+                f"{path.name}: epoch {trial} holds values that are not finite on channel {channel}",
+                cure=f"{cure}; a channel can be named as bad (acquire.bads)",
             )
     return Trials(data, epochs.events[:, 0], epochs.times.copy(), info, epochs.metadata.reset_index(drop=True))
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.analyses.contrasts import read_trials
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.design import CONDITIONS, PROBLEMS
-from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.errors import ConfigError, did_you_mean
 
 if TYPE_CHECKING:
     import numpy as np
@@ -89,15 +90,10 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
     from hrcneuro.eeg.selection import ALL, scenarios
-    from hrcneuro.io.fif import read_eeg_epochs
     from hrcneuro.tables.decode import SubjectTables
 
-    epochs, _, eeg_uv = read_eeg_epochs(inputs.path("epoch", "{unit}_epo.fif"))
-    if epochs.metadata is None:
-        raise DataError(
-            f"the epochs of {inputs.unit} carry no trial table", cure=f"rerun: hrcneuro epoch {inputs.unit} --force"
-        )
-    table = epochs.metadata.reset_index(drop=True)
+    epochs = read_trials(inputs)
+    table = epochs.table
     members = _members(config, table)
     tables = SubjectTables(config.decoders[0])
     if not config.problems:
@@ -105,7 +101,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     scheme = problems.Scheme(config.folds, config.repeats, config.balance, config.permutations, config.min_stratum)
     decoders = Decoders(
         {name: {**BUILTIN, **config.recipes}[name] for name in config.decoders},
-        epochs_uv=lambda rows: eeg_uv[rows],
+        epochs_uv=lambda rows: epochs.data[rows],
         times_s=epochs.times,
         mean_window_s=(config.mean_window_s[0], config.mean_window_s[1]),
         shrinkage=config.shrinkage,
