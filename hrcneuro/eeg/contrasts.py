@@ -17,6 +17,7 @@ Averages = Mapping[tuple[str, str], NDArray[np.floating]]
 
 # Nobody's brain gives such a t; the noncentral distribution becomes slow to invert beyond.
 _LARGEST = 1e3
+_GRID = 2001
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,8 @@ def effect_sizes(t: Floats, n: int, *, confidence: float = 0.95) -> tuple[Floats
     """Return Cohen's dz = t / √n and the exact interval of the effect in the population.
 
     The interval holds every effect under which the observed t would not be surprising: t follows a noncentral t
-    distribution with noncentrality √n δ. It is solved on a fine grid of t and interpolated, to a thousandth of its
-    width.
+    distribution with noncentrality √n δ. For large maps it is solved on a fine grid of t and interpolated, to a
+    thousandth of its width.
 
     Args:
         t: One-sample t values; those beyond 1000, such as the infinite ones, are treated as 1000.
@@ -82,7 +83,9 @@ def effect_sizes(t: Floats, n: int, *, confidence: float = 0.95) -> tuple[Floats
 
     finite = np.clip(t, -_LARGEST, _LARGEST)
     # Evenly spaced in arsinh: fine near 0, where the maps live, and wide enough for the largest value.
-    grid = np.sinh(np.linspace(np.arcsinh(finite.min()), np.arcsinh(finite.max()), 2001))
+    grid = np.sinh(np.linspace(np.arcsinh(finite.min()), np.arcsinh(finite.max()), _GRID))
+    if finite.size < _GRID:
+        grid = np.unique(finite)
     tail = (1 - confidence) / 2
     low = np.interp(finite, grid, nctdtrinc(n - 1, 1 - tail, grid))
     high = np.interp(finite, grid, nctdtrinc(n - 1, tail, grid))

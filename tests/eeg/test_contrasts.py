@@ -6,10 +6,11 @@ from hrcneuro.eeg.contrasts import effect_sizes, summarise
 from hrcneuro.eeg.permutation import sign_flip_test
 
 
+@pytest.mark.parametrize("points", [6, 3000])
 @pytest.mark.parametrize("n", [2, 5, 11, 40])
-def test_interval_inverts_the_noncentral_t(n):
+def test_interval_inverts_the_noncentral_t(n, points):
     t = np.array([-4.0, -1.2, 0.0, 0.3, 2.2, 6.5])
-    dz, low, high = effect_sizes(t, n)
+    dz, low, high = (found[:6] for found in effect_sizes(np.resize(t, points), n))
     np.testing.assert_allclose(dz, t / np.sqrt(n))
     for value, a, b in zip(t, low, high, strict=True):
         for end, tail in ((a, 0.975), (b, 0.025)):
