@@ -165,7 +165,9 @@ def one_subject(rng: np.random.Generator) -> Found:
         trials = problem.Trials(labels, known)
         plan = problem.draw_plan(trials, PERMUTED, rng)
         _, score, _ = next(scorers(epochs_uv).of(np.arange(len(labels))))
-        found[f"one subject, labels permuted {name}"] = problem.permutation_p(trials, plan, PERMUTED, score) <= 0.05
+        found[f"one subject, labels permuted {name}"] = (
+            problem.permutation_test(trials, plan, PERMUTED, score).p <= 0.05
+        )
     return found
 
 
