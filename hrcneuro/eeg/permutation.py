@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 # Equal statistics that differ by rounding count as ties, for a tie counts against significance.
 _TIE = 1e-10
-# Columns and flips a block of the matrix product: half a megabyte, which stays in the second-level cache.
+# Columns and flips a block of the matrix product: a quarter of a megabyte, which stays in the second-level cache.
 _COLUMNS, _ROWS = 2048, 32
 
 
@@ -79,7 +79,7 @@ def extremes_plain(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
 
 
 def extremes(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
-    """Return the same as :func:`extremes_plain`, from one matrix product and running extremes.
+    """Return the same as :func:`extremes_plain`, from matrix products and the extremes of their rows.
 
     Flips leave the sum of squares alone, so t is a rising function of the signed sum s / √(n Σx²).
     """
@@ -208,18 +208,38 @@ def _to_t(share: Floats, n: int) -> Floats:
 
 
 def _share_extremes(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
+    """Return the smallest and the largest share of the map under each sign pattern.
+
+    Single precision finds, at half the cost, the few blocks of columns that can hold an extreme; only those are summed
+    in double precision. A share's terms sum to at most 1 in size, so what single precision rounds away has a bound.
+    """
     n = len(x)
     flat = x.reshape(n, -1)
     norm = np.sqrt(n * np.einsum("ij,ij->j", flat, flat))
     scale = 1 / np.where(norm > 0, norm, 1)
+    blocks = [slice(start, start + _COLUMNS) for start in range(0, flat.shape[1], _COLUMNS)]
+    rough = np.empty((2, len(blocks), len(signs)), np.float32)
+    signs_single = signs.astype(np.float32)
+    for found, block in zip(rough.swapaxes(0, 1), blocks, strict=True):
+        found[:] = _of_sums(signs_single, (flat[:, block] * scale[block]).astype(np.float32))
+    slack = 2 * (n + 2) * np.finfo(np.float32).eps
+    may_hold = (rough[0] <= rough[0].min(axis=0) + slack) | (rough[1] >= rough[1].max(axis=0) - slack)
     lows, highs = np.full(len(signs), np.inf), np.full(len(signs), -np.inf)
-    for start in range(0, flat.shape[1], _COLUMNS):
-        columns = slice(start, start + _COLUMNS)
-        scaled = flat[:, columns] * scale[columns]
-        room = np.empty((_ROWS, scaled.shape[1]))
-        for first in range(0, len(signs), _ROWS):
-            rows = slice(first, first + _ROWS)
-            sums = np.matmul(signs[rows], scaled, out=room[: len(signs[rows])])
-            np.maximum(highs[rows], sums.max(axis=1), out=highs[rows])
-            np.minimum(lows[rows], sums.min(axis=1), out=lows[rows])
+    for block, held in zip(blocks, may_hold, strict=True):
+        rows = np.flatnonzero(held)
+        low, high = _of_sums(signs[rows], flat[:, block] * scale[block])
+        lows[rows] = np.minimum(lows[rows], low)
+        highs[rows] = np.maximum(highs[rows], high)
     return np.clip(lows, -1, 1), np.clip(highs, -1, 1)
+
+
+def _of_sums(signs: NDArray[np.floating], terms: NDArray[np.floating]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the smallest and the largest signed sum over the columns of ``terms``, one of each a sign pattern."""
+    lows, highs = np.empty((2, len(signs)), terms.dtype)
+    room = np.empty((min(_ROWS, len(signs)), terms.shape[1]), terms.dtype)
+    for first in range(0, len(signs), _ROWS):
+        rows = slice(first, first + _ROWS)
+        sums = np.matmul(signs[rows], terms, out=room[: len(signs[rows])])
+        sums.min(axis=1, out=lows[rows])
+        sums.max(axis=1, out=highs[rows])
+    return lows, highs

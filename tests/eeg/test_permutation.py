@@ -43,6 +43,15 @@ def test_fast_extremes_equal_the_plain_ones(shape):
         np.testing.assert_allclose(fast, plain, rtol=1e-10)
 
 
+def test_extremes_that_single_precision_cannot_tell_apart_are_exact():
+    one = rng(6).standard_normal((9, 4)).repeat(2000, axis=1)  # each column, in several blocks of the product
+    x = one * (1 + 1e-9 * rng(7).standard_normal(one.shape))
+    assert len({*map(bytes, x.astype(np.float32).T)}) < x.shape[1] / 10
+    signs, _ = sign_patterns(9, rng(), exact_to=16, count=10)
+    for fast, plain in zip(extremes(x, signs), extremes_plain(x, signs), strict=True):
+        np.testing.assert_allclose(fast, plain, rtol=1e-11)
+
+
 def test_thresholds_and_p_follow_from_all_flips_by_definition():
     x = rng(3).standard_normal((7, 12)) + np.linspace(0, 1.5, 12)
     found = sign_flip_test(x, rng())
