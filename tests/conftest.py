@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -12,6 +13,12 @@ from filelock import FileLock
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
+
+# A shell starts what runs in its background with interrupts ignored, and every child inherits that; so a test that
+# interrupts a command would wait for its end in vain. A handler, unlike that, is not inherited.
+for _number in (signal.SIGINT, signal.SIGHUP):
+    if signal.getsignal(_number) is signal.SIG_IGN:
+        signal.signal(_number, signal.default_int_handler)
 
 
 @dataclass

@@ -68,6 +68,8 @@ def surroundings(study):
     (study / "sitecustomize.py").write_text(f"import sys\nsys.path.append({PACKAGES!r})\n")
     env = os.environ | {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_HOME": str(study)}
     env |= {"PYTHONPATH": f"{study}{os.pathsep}{Path(__file__).parents[2]}"}
+    # Each test process has an arm of its own, so the machine's lock of the one arm that ROS has must not be shared.
+    env |= {"TMPDIR": str(study)}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], env=env, **quiet)
     deadline = time.monotonic() + 30.0
