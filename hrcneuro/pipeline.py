@@ -175,8 +175,8 @@ class Run:
                     if not all(self._settled(u) for u in graph[task]):
                         continue  # one of them has just been found altered
                     item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
-                    if not item.state and (altered := self._altered(graph[task])):
-                        waiting |= {again: graph[again] for again in (*altered, task)}
+                    if not item.state and (again := self._again(task, graph, running.values())):
+                        waiting |= {one: graph[one] for one in again}
                         continue
                     item.state = item.state or "running"
                     report(task, item)
@@ -233,21 +233,36 @@ class Run:
                 cache.quarantine(task.stage, task.unit, item.key)
         return record
 
-    def _altered(self, upstream: Mapping[Task, tuple[str, ...]]) -> list[Task]:
-        """Return the tasks of which a file about to be read is no longer what was written, for them to be redone.
+    def _again(
+        self, task: Task, graph: Mapping[Task, Mapping[Task, tuple[str, ...]]], running: Iterable[Task]
+    ) -> list[Task]:
+        """Return what must wait anew, as a file that the task is about to read is no longer what was written.
 
-        Their sizes were right, or they would not be hits; a content that changed must not go into what stands on it.
+        Its size was right, or its entry would be no hit; a content that changed must not go into what stands on it. The
+        entry is done again, but not taken away from a task that reads another of its files just now.
         """
-        altered = []
-        for source, files in self._files(upstream).items():
-            if self.items[source].state != "hit":
-                continue
-            outputs = self.records[source].outputs
-            if changed := [name for name, path in files.items() if self._content(path) != outputs[name]["sha256"]]:
+        item = self.items[task]
+        try:
+            altered = self._altered(graph[task])
+            if any(source in graph[other] for other in running for source in altered):
+                return [task]
+            for source in altered:
                 self.workdir.cache.quarantine(source.stage, source.unit, self.items[source].key)
-                self._faults[source] = f"corrupt: the content of {changed[0]} has changed"
-                del self.items[source]
-                altered.append(source)
+        except HrcError as error:
+            item.state, item.error, item.why = "failed", error, [error.problem]
+            return []
+        for source in altered:
+            del self.items[source]
+        self._faults |= altered
+        return [task, *altered] if altered else []
+
+    def _altered(self, upstream: Mapping[Task, tuple[str, ...]]) -> dict[Task, str]:
+        altered = {}
+        for source, files in self._files(upstream).items():
+            outputs = self.records[source].outputs
+            for name, path in files.items() if self.items[source].state == "hit" else ():
+                if self._content(path) != outputs[name]["sha256"]:
+                    altered[source] = f"corrupt: the content of {name} has changed"
         return altered
 
     def _parts(self, task: Task, upstream: Mapping[Task, tuple[str, ...]]) -> dict[str, Any]:

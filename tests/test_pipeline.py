@@ -1,6 +1,7 @@
 """The walk over the graph, on three toy stages: what runs, what is spared, what a failure blocks."""
 
 import dataclasses
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
@@ -218,6 +219,60 @@ def test_of_several_that_would_read_a_changed_content_each_waits(house, workdir)
     items = {f"{i.stage} {i.unit}": i.state for i in bring(settings(), workdir)}
     assert set(items.values()) == {"ran"}
     assert workdir.artifact("total", "group", "z.txt").read_text() == "ab"
+
+
+class Held:
+    """Runs jobs when the walk waits for them, no sooner: all that may run at the same time do so there."""
+
+    def __init__(self):
+        self.jobs = []
+
+    def submit(self, call, /, *args):
+        future = Future()
+        self.jobs.append((future, call, args))
+        return future
+
+    def wait(self, running, return_when):
+        for future, call, args in self.jobs:
+            future.set_result(call(*args))
+        self.jobs.clear()
+        return SimpleNamespace(done=set(running))
+
+
+def test_an_altered_entry_is_not_taken_from_a_task_that_reads_it(house, workdir, monkeypatch):
+    def run(config, inputs, out):
+        (out / "y.txt").write_text(inputs.path("source", "log.txt").read_text())
+        return {}
+
+    first = SimpleNamespace(LIBS=(), INPUTS={"source": ("log.txt",)}, Config=Config, run=run)
+    monkeypatch.setattr(stages, "load", lambda name: {"scale": first, "long": house.scale}.get(name, house.source))
+    bring(settings(), workdir, names=("scale", "long"))
+    workdir.artifact("source", "a", "x.txt").write_text("?")
+    held = Held()
+    monkeypatch.setattr(pipeline, "futures", SimpleNamespace(wait=held.wait, FIRST_COMPLETED=""))
+    found = settings()
+    wanted = pipeline.targets(found, ("long", "scale"), ("a",))
+    items = {i.stage: i for i in pipeline.Run(found, workdir).run(wanted, held, force=True)}
+    assert {name: (item.state, item.error) for name, item in items.items()} == dict.fromkeys(
+        ("source", "scale", "long"), ("ran", None)
+    )
+    assert items["source"].why == ["corrupt: the content of x.txt has changed"]
+
+
+def test_a_file_that_cannot_be_read_fails_what_stands_on_it_alone(house, workdir, monkeypatch):
+    bring(settings(), workdir, names=("scale",))
+    broken = workdir.artifact("source", "a", "x.txt").resolve()
+    digest = pipeline.fingerprint.file_digest
+
+    def unreadable(path):
+        if path.resolve() == broken:
+            raise PermissionError(13, "Permission denied")
+        return digest(path)
+
+    monkeypatch.setattr(pipeline.fingerprint, "file_digest", unreadable)
+    items = {f"{i.stage} {i.unit}": i for i in bring(settings(), workdir, names=("scale",), force=True)}
+    assert (items["scale a"].state, items["scale b"].state) == ("failed", "ran")
+    assert "Permission denied" in items["scale a"].error.problem
 
 
 def test_excluded_subjects_stop_before_the_analyses(house, workdir):

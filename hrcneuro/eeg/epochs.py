@@ -5,6 +5,7 @@ Continuous signals are channels × samples, epochs are epochs × channels × sam
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -31,8 +32,10 @@ class Window:
     @classmethod
     def of(cls, sfreq: float, tmin: float, tmax: float) -> Window:
         """Return the window from the sample nearest to ``tmin`` to the one nearest to ``tmax`` (s), both included."""
-        first = round(tmin * sfreq)
-        return cls(sfreq, first, round(tmax * sfreq) - first + 1)
+        # Rates that are meant to be equal differ by up to a hundred-thousandth (resample.common_rate), and so do their
+        # products on either side of a half; both go up.
+        first, last = (math.floor(t * sfreq + 0.5 + 1e-5 * abs(t) * sfreq) for t in (tmin, tmax))
+        return cls(sfreq, first, last - first + 1)
 
     @property
     def tmin(self) -> float:

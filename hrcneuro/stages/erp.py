@@ -142,7 +142,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     channel = nearest_channel(config.channel, names)
     drawing = erp_panels.Group(averages, times, names, channel, gap, config.map_times_s, config.confidence)
-    bands = f"bands: standard error, of the difference its {config.confidence:.0%} interval"
+    bands = f"bands: standard error, of the difference its {100 * config.confidence:g}% interval"
     note = f"{bands}; {group_contrasts.named_test(config, subjects=len(averages))}"
     for name, chosen in (
         ("erp.png", [t for t in tested if t.scenario == ALL]),
@@ -168,7 +168,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def _bands(config: Config) -> str:
     if config.overlap == "regress":
         return "overlap of responses regressed out, which leaves no standard error"
-    return f"bands: standard error over trials, of the difference its {config.confidence:.0%} interval"
+    return f"bands: standard error over trials, of the difference its {100 * config.confidence:g}% interval"
 
 
 def _averages(

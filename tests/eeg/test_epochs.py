@@ -110,3 +110,10 @@ def test_tally_of_another_study_counts_events(events):
         ["all", "rt", "event", 1, 0, 0],
         ["all", "square", "event", 1, 1, 1],
     ]
+
+
+def test_rates_that_are_meant_to_be_equal_give_windows_of_one_length():
+    # What 511.9 and 999.7 Hz come to at preprocess.sfreq = 511; half a second of either lies beside a half.
+    windows = [Window.of(sfreq, -0.5, 1.2) for sfreq in (511.00035, 510.99907)]
+    assert len({(w.first, w.length) for w in windows}) == 1
+    assert Window.of(512.0, -0.2, 1.2) == Window(512.0, -102, 717)
