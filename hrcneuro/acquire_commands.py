@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from hrcneuro import pipeline, stages
+from hrcneuro import graph, stages
 from hrcneuro.commands import bring, console, logged, settings
 from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.options import Options
@@ -41,7 +41,7 @@ def rules(options: Options, subjects: Sequence[str] | None) -> int:
     from hrcneuro.sources import behaviour
 
     found = settings(options)
-    units = [task.unit for task in pipeline.targets(found, ["acquire"], subjects or ())]
+    units = [task.unit for task in graph.targets(found, ["acquire"], subjects or ())]
     table = behaviour.study_rules(found.sections["acquire"], units)
     if options.json:
         print(json.dumps({"command": "acquire", "ok": True, "rules": behaviour.listed(table)}, indent=1))
@@ -61,7 +61,7 @@ def export(options: Options, subjects: Sequence[str] | None, folder: Path) -> in
     from hrcneuro.sources import export as layout
 
     found = settings(options)
-    wanted = pipeline.targets(found, ["acquire"], subjects or ())
+    wanted = graph.targets(found, ["acquire"], subjects or ())
     study = digest([found.study.name, params(found.sections["acquire"])])[:16]
     layout.prepare(folder, [task.unit for task in wanted], study=study)
     with logged("acquire", options, found) as log:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from hrcneuro import config, executors, pipeline, stages
+from hrcneuro import config, executors, graph, pipeline, stages
 from hrcneuro.cache.store import guarded
 from hrcneuro.config import Settings
 from hrcneuro.console import Console
@@ -33,7 +33,7 @@ def settings(options: Options, extra: Path | None = None) -> Settings:
 def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     """Bring a stage, and what it stands on, up to date."""
     found = settings(options)
-    wanted = pipeline.targets(found, [name], subjects or ())
+    wanted = graph.targets(found, [name], subjects or ())
     with logged(name, options, found) as log:
         items = bring(options, found, wanted, log)
         code = console(options).finish(name, items)
@@ -67,7 +67,7 @@ def run(options: Options, path: Path | None) -> int:
     default = Path("pipelines/paper.toml")
     plan = read_pipeline(path or default) if path or default.is_file() else Pipeline()
     found = settings(options, plan.config)
-    wanted = pipeline.targets(found, plan.stages, plan.subjects)
+    wanted = graph.targets(found, plan.stages, plan.subjects)
     with logged("run", options, found) as log:
         items = bring(options, found, wanted, log)
         flaw = None
@@ -85,7 +85,7 @@ def status(options: Options) -> int:
     """Print what is fresh and what is stale, as a table of units and stages."""
     found = settings(options)
     items = pipeline.Run(found, Workdir(options.workdir), verify=options.verify).plan(
-        pipeline.targets(found, stages.NAMES, ())
+        graph.targets(found, stages.NAMES, ())
     )
     talk = console(options)
     if not options.json:
@@ -95,7 +95,7 @@ def status(options: Options) -> int:
 
 def path(options: Options, name: str, unit: str, file: str) -> int:
     """Print where an artifact lies."""
-    pipeline.check_stage(name)
+    graph.check_stage(name)
     found = str(Workdir(options.workdir).artifact(name, unit, file))
     print(json.dumps({"command": "path", "ok": True, "path": found}, indent=1) if options.json else found)
     return 0
@@ -104,7 +104,7 @@ def path(options: Options, name: str, unit: str, file: str) -> int:
 def report(options: Options) -> int:
     """Write the report from what has run so far."""
     found = settings(options)
-    items = pipeline.Run(found, Workdir(options.workdir)).plan(pipeline.targets(found, stages.NAMES, ()))
+    items = pipeline.Run(found, Workdir(options.workdir)).plan(graph.targets(found, stages.NAMES, ()))
     if options.dry_run:
         written = Workdir(options.workdir).results / "report.html"
         console(options).say(f"would write {written}")
@@ -207,12 +207,12 @@ def logged(name: str, options: Options, found: Settings) -> contextlib.AbstractC
     return recorded(Workdir(options.workdir).results, name, found, command_line())
 
 
-def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], log: RunLog) -> list[pipeline.Item]:
+def bring(options: Options, found: Settings, wanted: Iterable[graph.Task], log: RunLog) -> list[pipeline.Item]:
     """Bring tasks, and what they stand on, up to date (a dry run: say what would run); return every item."""
     talk = console(options)
     walk = pipeline.Run(found, Workdir(options.workdir), verify=options.verify)
     wanted = list(wanted)
-    tasks = pipeline.closure(found, wanted)
+    tasks = graph.closure(found, wanted)
     if _moves_the_one_arm(found, tasks):
         # Not in a worker: Ctrl-C must reach the loop that drives it.
         options = replace(options, executor="serial")
@@ -224,7 +224,7 @@ def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], lo
     executor = executors.create(options.executor, options.jobs or executors.cores())
     total = len(tasks)
 
-    def tell(task: pipeline.Task, item: pipeline.Item) -> None:
+    def tell(task: graph.Task, item: pipeline.Item) -> None:
         talk.report(item)
         log.item(item)
 
@@ -243,7 +243,7 @@ def bring(options: Options, found: Settings, wanted: Iterable[pipeline.Task], lo
         raise
 
 
-def _moves_the_one_arm(found: Settings, tasks: Iterable[pipeline.Task]) -> bool:
+def _moves_the_one_arm(found: Settings, tasks: Iterable[graph.Task]) -> bool:
     """Return whether tasks drive an arm that is there only once.
 
     Raises:

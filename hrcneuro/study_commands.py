@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from hrcneuro import commands, pipeline
+from hrcneuro import commands, graph, pipeline
 from hrcneuro.config import Settings
 from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.options import Options
@@ -69,10 +69,10 @@ def export(options: Options, subjects: Sequence[str] | None, *, bids: Path | Non
     return code
 
 
-def _wanted(found: Settings, subjects: Sequence[str] | None, *, raw: bool) -> list[pipeline.Task]:
+def _wanted(found: Settings, subjects: Sequence[str] | None, *, raw: bool) -> list[graph.Task]:
     stages = ("acquire",) if raw else ("acquire", "preprocess", "epoch", "erp")
-    tasks = [task for name in stages for task in pipeline.targets(found, [name], subjects or ())]
-    return [task for task in tasks if task.unit != pipeline.GROUP]
+    tasks = [task for name in stages for task in graph.targets(found, [name], subjects or ())]
+    return [task for task in tasks if task.unit != graph.GROUP]
 
 
 def _write(options: Options, found: Settings, items: Sequence[pipeline.Item], folder: Path) -> int:

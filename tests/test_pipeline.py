@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hrcneuro import pipeline, stages
+from hrcneuro import graph, pipeline, stages
 from hrcneuro.config import Settings, Shared, Study
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError
@@ -86,7 +86,7 @@ def house(monkeypatch):
     house = House()
     monkeypatch.setattr(stages, "NAMES", ("source", "scale", "total", "long"))
     monkeypatch.setattr(stages, "load", house.load)
-    monkeypatch.setattr(pipeline, "_BEFORE_EXCLUSION", ("source",))
+    monkeypatch.setattr(graph, "_BEFORE_EXCLUSION", ("source",))
     return house
 
 
@@ -101,7 +101,7 @@ def settings(subjects=("a", "b"), exclude=(), **gains):
 
 
 def bring(found, workdir, *subjects, names=("total",), **options):
-    wanted = pipeline.targets(found, names, subjects)
+    wanted = graph.targets(found, names, subjects)
     return pipeline.Run(found, workdir, verify=options.pop("verify", False)).run(wanted, Serial(), **options)
 
 
@@ -176,7 +176,7 @@ def test_a_failure_blocks_only_what_stands_on_it(house, workdir):
 
 
 def test_a_plan_says_what_would_run_and_touches_nothing(house, workdir):
-    wanted = pipeline.targets(settings(), ["total"], ())
+    wanted = graph.targets(settings(), ["total"], ())
     items = pipeline.Run(settings(), workdir).plan(wanted)
     assert set(states(items).values()) == {"would-run"}
     assert items[0].why == ["never run"]
@@ -251,7 +251,7 @@ def test_an_altered_entry_is_not_taken_from_a_task_that_reads_it(house, workdir,
     held = Held()
     monkeypatch.setattr(pipeline, "futures", SimpleNamespace(wait=held.wait, FIRST_COMPLETED=""))
     found = settings()
-    wanted = pipeline.targets(found, ("long", "scale"), ("a",))
+    wanted = graph.targets(found, ("long", "scale"), ("a",))
     items = {i.stage: i for i in pipeline.Run(found, workdir).run(wanted, held, force=True)}
     assert {name: (item.state, item.error) for name, item in items.items()} == dict.fromkeys(
         ("source", "scale", "long"), ("ran", None)
@@ -313,4 +313,4 @@ def test_a_long_group_is_cut_into_parts_that_are_kept(house, workdir):
 )
 def test_what_does_not_exist_is_refused_with_the_names_that_do(house, names, subjects, word):
     with pytest.raises(ConfigError, match=word):
-        pipeline.targets(settings(), names, subjects)
+        graph.targets(settings(), names, subjects)
