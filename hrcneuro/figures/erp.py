@@ -107,7 +107,7 @@ def draw(
             left, top = place.x0 - 0.45 / width, place.y1 + 0.38 / height
             figure.text(left, top, _LETTERS[i % len(_LETTERS)], fontsize=11, fontweight="bold", va="top")
             figure.text(left + 0.22 / width, top - 0.02 / height, panel.title, fontsize=9, va="top")
-        _legend(figure, panels, gap_s)
+        _legend(figure, panels, gap_s, times[-1])
         figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
         save(figure, path)
 
@@ -151,11 +151,11 @@ def _waveforms(axes: Axes, panel: Panel, traces: Sequence[Trace], times: Floats,
     axes.set_xlim(ms[0], ms[-1])
 
 
-def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float) -> None:
+def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float, stop_s: float) -> None:
     patches = []
     if any(p.significant is not None and p.significant.any() for p in panels):
         patches.append(Patch(facecolor="0.82", label="significant difference"))
-    legend_below(figure, patches, gap_s)
+    legend_below(figure, patches, gap_s, stop_s)
 
 
 def _positions(info: mne.Info) -> Floats:

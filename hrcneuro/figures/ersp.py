@@ -110,7 +110,7 @@ class Drawing:
                 bar.solids.set_alpha(1)
             bar.outline.set_linewidth(0.4)
             figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
-            legend_below(figure, [], self.gap_s)
+            legend_below(figure, [], self.gap_s, float(self.axes["times"][-1]))
             save(figure, path)
 
 

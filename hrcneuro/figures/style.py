@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -67,7 +66,7 @@ def shade_gap(
 
     ``starts_ms`` are the onsets' places where several maps share the axes.
     """
-    if math.isfinite(gap_s) and gap_s < stop_s:
+    if gap_s < stop_s:
         spans = [(start + gap_s * 1000, start + stop_s * 1000) for start in starts_ms]
         whole = [Outline([(a, 0), (b, 0), (b, 1), (a, 1), (a, 0)], closed=True) for a, b in spans]
         # One patch, since a PDF's hatches heed the transparency of patches alone.
@@ -76,9 +75,9 @@ def shade_gap(
         axes.add_patch(PathPatch(Outline.make_compound_path(*whole), **place, **ink))
 
 
-def legend_below(figure: Figure, patches: list[Patch], gap_s: float) -> None:
-    """Explain the shadings in a line at the foot of the figure."""
-    if math.isfinite(gap_s):
+def legend_below(figure: Figure, patches: list[Patch], gap_s: float, stop_s: float) -> None:
+    """Explain the shadings in a line at the foot of the figure; the gap's where it ends before ``stop_s``."""
+    if gap_s < stop_s:
         text = f"the next onset may fall here (shortest gap {gap_s * 1000:.0f} ms)"
         patches = [*patches, Patch(facecolor="none", edgecolor="0.75", hatch="////", lw=0, label=text)]
     if patches:

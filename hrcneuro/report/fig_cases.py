@@ -98,7 +98,8 @@ def draw(results: Results, panels: Sequence[Panel]) -> Figure | None:
             figure.text(place.x0 - 0.055, place.y1 + 0.3 / high, panel.letter, fontsize=12, fontweight="bold")
             figure.text(place.x0 - 0.03, place.y1 + 0.31 / high, panel.title, fontsize=9)
         spans = [Patch(facecolor="0.82", label="significant difference")]
-        legend_below(figure, spans if any(erp[p.key].within((channel,)).any for p in panels) else [], gap)
+        marked = any(erp[p.key].within((channel,)).any for p in panels)
+        legend_below(figure, spans if marked else [], gap, max(float(erp[p.key].times[-1]) for p in panels))
         foot = f"bands: standard error; {_tests(results, panels[0].key)}"
         figure.text(0.1 / (2 * _WIDTH), 0.06 / high, foot, fontsize=6.5, color=GREY, va="bottom")
         low, top = min(a.get_ylim()[0] for a in waves), max(a.get_ylim()[1] for a in waves)
