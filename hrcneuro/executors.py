@@ -21,6 +21,8 @@ from hrcneuro.errors import ConfigError, StageError, did_you_mean
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
 _GRACE_S = 3.0
+# Of a worker: it was told to end.
+_leaving = threading.Event()
 
 
 class Executor(Protocol):
@@ -183,6 +185,16 @@ def _serve(pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end_cleanly)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        _answer(pipe)
+    except Exception:
+        # The exit of a worker told to end comes out of some places as another exception, such as those of an import.
+        if not _leaving.is_set():
+            raise
+        sys.exit(1)
+
+
+def _answer(pipe: Connection) -> None:
     while True:
         try:
             call, args = pipe.recv()
@@ -191,6 +203,8 @@ def _serve(pipe: Connection) -> None:
         try:
             answer = (True, call(*args))
         except Exception as error:
+            if _leaving.is_set():
+                raise
             answer = (False, error)
         try:
             pipe.send(answer)
@@ -204,6 +218,7 @@ def _serve(pipe: Connection) -> None:
 def _end_cleanly(*_: object) -> None:
     # Unwinding removes the temporary folder; a second signal must not disturb that.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    _leaving.set()
     sys.exit(1)
 
 
