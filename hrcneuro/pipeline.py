@@ -175,11 +175,11 @@ class Run:
 
     def _parts(self, task: Task, upstream: Mapping[Task, tuple[str, ...]]) -> dict[str, Any]:
         """Return the named parts of a task's key."""
-        inputs = {}
-        for source, patterns in upstream.items():
-            for name, about in self.records[source].outputs.items():
-                if any(fnmatch(name, pattern) for pattern in patterns):
-                    inputs[f"{source.stage}/{source.unit}/{name}"] = about["sha256"]
+        inputs = {
+            f"{source.stage}/{source.unit}/{name}": self.records[source].outputs[name]["sha256"]
+            for source, files in self._files(upstream).items()
+            for name in files
+        }
         parts = {"stage": task.stage, "unit": task.unit, "inputs": inputs, **self._stage_parts(task.stage)}
         stage = stages.load(task.stage)
         if hasattr(stage, "sources"):

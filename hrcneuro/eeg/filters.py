@@ -134,6 +134,7 @@ class _Kernel:
         self.padded = np.empty(self.n_blocks * self.hop + 2 * self.half)
 
     def apply(self, x: np.ndarray) -> np.ndarray:
+        """Return one channel's stretch filtered, shape (samples,); its edge samples go on beyond it."""
         from scipy.fft import irfft, rfft
 
         padded = self.padded

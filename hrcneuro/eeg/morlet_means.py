@@ -143,6 +143,7 @@ class _Plan:
 
     @classmethod
     def of(cls, wavelets: Wavelets, n_times: int, step: int) -> _Plan:
+        """Return what to compute of epochs of ``n_times`` samples, of which every ``step``-th is kept."""
         half = wavelets.half
         # Half a kernel of zeros suffices: what wraps around meets only samples that "same" convolution drops.
         length = scipy.fft.next_fast_len(-(-(n_times + half) // step)) * step

@@ -187,9 +187,14 @@ def test_a_wrong_option_names_what_there_is(original, tmp_path, options, message
         run(export(original, tmp_path / "rec_raw.fif"), tmp_path / "out", **options)
 
 
+def with_gap(original, tmp_path, row):
+    """Return a file whose channel of that row has no numbers in ten samples."""
+    original._data[row, 300:310] = np.nan
+    return export(original, tmp_path / "rec_raw.fif")
+
+
 def test_numbers_that_are_no_numbers(original, tmp_path):
-    original._data[1, 300:310] = np.nan
-    path = export(original, tmp_path / "rec_raw.fif")
+    path = with_gap(original, tmp_path, 1)
     with pytest.raises(DataError, match=r"channel Cz has 10 of 1000 samples.*first at 1\.500 s") as caught:
         run(path, tmp_path / "out")
     assert "acquire.bads = ['Cz']" in caught.value.cure
@@ -201,8 +206,7 @@ def test_numbers_that_are_no_numbers(original, tmp_path):
 
 
 def test_an_eog_channel_that_is_no_number_can_only_be_left_out(original, tmp_path):
-    original._data[3, 300:310] = np.nan
-    path = export(original, tmp_path / "rec_raw.fif")
+    path = with_gap(original, tmp_path, 3)
     with pytest.raises(DataError, match=r"channel HEOG has 10 of 1000 samples") as caught:
         run(path, tmp_path / "out")
     assert "acquire.drop = ['HEOG']" in caught.value.cure
@@ -214,8 +218,7 @@ def test_an_eog_channel_that_is_no_number_can_only_be_left_out(original, tmp_pat
 
 
 def test_the_cure_for_a_renamed_channel_works(original, tmp_path):
-    original._data[1, 300:310] = np.nan
-    path = export(original, tmp_path / "rec_raw.fif")
+    path = with_gap(original, tmp_path, 1)
     with pytest.raises(DataError, match="channel Mid has") as caught:
         run(path, tmp_path / "out", channel_map={"Cz": "Mid"})
     assert "(acquire.bads = ['Mid']) or leave it out (acquire.drop = ['Cz'], without its name in" in caught.value.cure
