@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hrcneuro.arms import connect
 from hrcneuro.errors import HardwareError
 from hrcneuro.figures.robot import LIMIT, LIMIT_END, LIMIT_SOCKETS
 from hrcneuro.figures.robot import robot as draw
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.robot.backends import connect
 from hrcneuro.robot.cell import GRID, SHORTEST, Cell
 from hrcneuro.robot.limits import Limits
 from hrcneuro.robot.loop import Loop

@@ -39,7 +39,7 @@ WAVE = (
 DRIVER = """
 import signal
 signal.alarm(120)  # whatever becomes of the benchmark
-from hrcneuro.robot.backends import connect
+from hrcneuro.arms import connect
 arm, clock = connect("ur", host={host!r}, driver={driver!r})
 print(arm._process.pid if {driver!r} == "rtde" else 0, flush=True)
 begin = clock.now()
@@ -173,8 +173,8 @@ def visit(host: str, number: int) -> None:
 
 
 def soak(minutes: float) -> None:
+    from hrcneuro.arms import connect
     from hrcneuro.robot.backend import PLAYING
-    from hrcneuro.robot.backends import connect
 
     print(f"soak: {minutes:g} min; our driver commands through ur_rtde, a client streams, others come and go")
     with controller() as (host, process):

@@ -8,7 +8,7 @@ import sys
 def main() -> None:
     """Run ``hrcneuro`` with the arguments of this process, and exit."""
     try:
-        from hrcneuro.cli import app
+        from hrcneuro.cli.app import app
 
         if "--json" in sys.argv[1:]:
             sys.exit(_for_a_program(app))
@@ -26,7 +26,7 @@ def _for_a_program(app: object) -> int:
         # Typer's own errors; their class lives in a module that moves from version to version.
         if not hasattr(error, "format_message") or not hasattr(error, "show"):
             raise
-        from hrcneuro.console import Console
+        from hrcneuro.cli.console import Console
         from hrcneuro.errors import ConfigError
 
         mistake = ConfigError(error.format_message(), cure="hrcneuro COMMAND --help lists what is allowed")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.errors import DataError, did_you_mean
-from hrcneuro.workdir import Workdir
+from hrcneuro.pipeline.workdir import Workdir
 
 if TYPE_CHECKING:
     import mne

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hrcneuro.coercion import Reader
+from hrcneuro.config.reader import Reader
 from hrcneuro.contract import option
 
 

@@ -2,7 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from hrcneuro import config, configtext, stages
+from hrcneuro import stages
+from hrcneuro.config import settings as config
+from hrcneuro.config import text as configtext
 from hrcneuro.contract import params
 from hrcneuro.errors import ConfigError
 

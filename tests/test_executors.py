@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from hrcneuro.executors import Processes
+from hrcneuro.pipeline.executors import Processes
 
 
 def add(a, b):

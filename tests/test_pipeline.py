@@ -6,12 +6,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from hrcneuro import graph, pipeline, stages
-from hrcneuro.config import Settings, Shared, Study
+from hrcneuro import stages
+from hrcneuro.config.settings import Settings, Shared, Study
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.executors import Serial
-from hrcneuro.workdir import Workdir
+from hrcneuro.pipeline import graph
+from hrcneuro.pipeline import walk as pipeline
+from hrcneuro.pipeline.executors import Serial
+from hrcneuro.pipeline.workdir import Workdir
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,8 +18,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from hrcneuro import stages
-from hrcneuro.coercion import allowed_range
-from hrcneuro.configtext import toml_value
+from hrcneuro.config.reader import allowed_range
+from hrcneuro.config.text import toml_value
 from hrcneuro.contract import plain
 
 # stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
@@ -127,7 +127,7 @@ def help_texts() -> str:
     import typer
     from typer.main import get_command
 
-    from hrcneuro.cli import app
+    from hrcneuro.cli.app import app
 
     text = []
     for words, command in _commands(get_command(app), ()):

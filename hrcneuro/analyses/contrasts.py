@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro import design
 from hrcneuro.contract import Inputs, option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:
     import numpy as np

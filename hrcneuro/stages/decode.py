@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro.analyses.contrasts import read_trials
 from hrcneuro.contract import Inputs, Patterns, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
-from hrcneuro.design import CONDITIONS, PROBLEMS
 from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.paradigm.design import CONDITIONS, PROBLEMS
 
 if TYPE_CHECKING:
     import numpy as np

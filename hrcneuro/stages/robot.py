@@ -288,8 +288,8 @@ def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.E
         virtual = VirtualClock()
         return SimArm(virtual, workspace.home().tolist()), virtual
 
-    from hrcneuro.robot.backends import connect
-    from hrcneuro.robot.backends.lock import held
+    from hrcneuro.arms import connect
+    from hrcneuro.arms.lock import held
 
     if one_arm(config):
         stack.enter_context(held(config.backend, config.host, subject))

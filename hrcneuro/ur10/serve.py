@@ -17,13 +17,15 @@ from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.faults import Fault, parse
 from hrcneuro.ur10.server import Server
 
+SOFTWARE = "3.9.1.64192"
+
 
 def serve(
     address: str,
     *,
     powered: bool = True,
     faults: Sequence[str] = (),
-    version: str = "3.9.1.64192",
+    version: str = SOFTWARE,
     programs: Path | None = None,
     open_network: bool = False,
     as_json: bool = False,

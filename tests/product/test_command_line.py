@@ -25,7 +25,7 @@ def examples(text):
 def test_no_command_is_forgotten_here():
     from typer.main import get_command
 
-    from hrcneuro.cli import app
+    from hrcneuro.cli.app import app
 
     def walk(command, words):
         inner = getattr(command, "commands", None)

@@ -92,7 +92,7 @@ def test_a_new_study_runs_as_it_is(hrcneuro, tmp_path):
 
 
 def test_every_option_in_a_new_study_says_what_it_means(tmp_path):
-    from hrcneuro import newstudy
+    from hrcneuro.cli import newstudy
 
     newstudy.create(tmp_path / "new")
     lines = (tmp_path / "new" / "hrcneuro.toml").read_text().split("# --- ")[0].splitlines()
@@ -143,7 +143,8 @@ def test_looking_and_planning_leave_no_log(hrcneuro, tiny):
 
 
 def test_fifty_logs_are_kept_and_a_log_that_cannot_be_written_stops_nothing(tmp_path):
-    from hrcneuro import config, runlog
+    from hrcneuro.config import settings as config
+    from hrcneuro.pipeline import runlog
 
     settings = config.load(folder=tmp_path)
     for _ in range(runlog.KEEP + 5):
@@ -156,7 +157,8 @@ def test_fifty_logs_are_kept_and_a_log_that_cannot_be_written_stops_nothing(tmp_
 
 
 def test_an_interrupt_is_the_last_line(tmp_path):
-    from hrcneuro import config, runlog
+    from hrcneuro.config import settings as config
+    from hrcneuro.pipeline import runlog
 
     with (
         pytest.raises(KeyboardInterrupt),

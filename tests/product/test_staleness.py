@@ -115,9 +115,10 @@ def test_moving_the_cache_or_the_working_folder_keeps_every_hit(copy):
 LOADED = """
 import sys
 from pathlib import Path
-from hrcneuro import config, stages
+from hrcneuro import stages
+from hrcneuro.config import settings as config
 from hrcneuro.contract import Inputs
-from hrcneuro.workdir import Workdir
+from hrcneuro.pipeline.workdir import Workdir
 name, unit, smoke, out = sys.argv[1:]
 stage = stages.load(name)
 found = config.load(Path("configs/smoke.toml"))

@@ -10,9 +10,10 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from hrcneuro import config, pipeline
 from hrcneuro.analyses import decode_group
+from hrcneuro.config import settings as config
 from hrcneuro.eeg.selection import shortest_gap_s
+from hrcneuro.pipeline import walk as pipeline
 from hrcneuro.report import chapters, fig_cases, fig_confound
 from hrcneuro.report.results import Results
 from hrcneuro.tables.decode import EXTRA, SCORES

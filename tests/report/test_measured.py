@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro import config
+from hrcneuro.config import settings as config
 from hrcneuro.report import maps, measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
 

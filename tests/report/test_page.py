@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hrcneuro import config, pipeline
+from hrcneuro.config import settings as config
+from hrcneuro.pipeline import walk as pipeline
 from hrcneuro.report import write_report
 from hrcneuro.report.album import Album
 from hrcneuro.report.provenance import plain

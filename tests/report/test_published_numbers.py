@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hrcneuro import config
+from hrcneuro.config import settings as config
 from hrcneuro.decoding.group import PUBLISHED, PUBLISHED_CHANCE
 from hrcneuro.report import facts, measured_brain
 from hrcneuro.report.paper import BY_DESIGN, PARAMETERS, SETUP

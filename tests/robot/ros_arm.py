@@ -12,8 +12,8 @@ import rospy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64MultiArray
 
+from hrcneuro.arms.clock import WallClock
 from hrcneuro.robot.backend import PERIOD
-from hrcneuro.robot.backends.clock import WallClock
 from hrcneuro.robot.sim import SimArm
 
 # UR's driver lists them by the alphabet, and a gripper's joint may stand among them.

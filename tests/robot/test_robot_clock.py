@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from hrcneuro.robot.backends.clock import WallClock
+from hrcneuro.arms.clock import WallClock
 
 
 def scheduling():

@@ -14,13 +14,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from hrcneuro.arms.lock import held
 from hrcneuro.contract import Inputs, params
 from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.figures import robot as robot_figures
 from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.robot.backends.lock import held
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
 from hrcneuro.sources.trials import TRIALS, study_trials

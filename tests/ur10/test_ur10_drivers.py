@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from ur10_robot import new_address
 
+from hrcneuro.arms.clock import Stamps, WallClock
+from hrcneuro.arms.dashboard import check_ready
+from hrcneuro.arms.script import ScriptArm
+from hrcneuro.arms.ur import UrArm
+from hrcneuro.arms.ursim import UrSim
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import PERIOD
-from hrcneuro.robot.backends.clock import Stamps, WallClock
-from hrcneuro.robot.backends.dashboard import check_ready
-from hrcneuro.robot.backends.script import ScriptArm
-from hrcneuro.robot.backends.ur import UrArm
-from hrcneuro.robot.backends.ursim import UrSim
 
 TARGET_QD, QD, SAFETY, PROGRAM = slice(7, 13), slice(37, 43), 101, 131
 KINDS = ["script", "rtde"]
@@ -81,7 +81,7 @@ def driver():
         if kind == "rtde":
             pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
         program = f"""
-from hrcneuro.robot.backends import connect
+from hrcneuro.arms import connect
 arm, clock = connect("ur", host={address!r}, driver={kind!r})
 print(arm._process.pid if {kind!r} == "rtde" else 0, flush=True)
 begin = clock.now()
@@ -200,7 +200,7 @@ def test_the_own_controller_ends_with_its_driver():
 
 def test_a_controller_dies_with_a_killed_driver():
     program = (
-        "import time\nfrom hrcneuro.robot.backends.ursim import UrSim\n"
+        "import time\nfrom hrcneuro.arms.ursim import UrSim\n"
         "arm = UrSim(lambda host: print(host, flush=True))\ntime.sleep(60)"
     )
     done = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import stages
-from hrcneuro.coercion import Reader
+from hrcneuro.config.reader import Reader
 from hrcneuro.contract import option
-from hrcneuro.design import CONDITIONS, CONTRASTS, PROBLEMS
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _fill(parts: dict[str, Any], origins: dict[str, str]) -> Settings:
 
 
 def _consistency(settings: Settings) -> tuple[list[str], list[str]]:
-    from hrcneuro import crosschecks
+    from hrcneuro.config import crosschecks
 
     mistakes = [f"[{name}] {m}" for name in stages.NAMES for m in stages.load(name).check(settings.sections[name])]
     mistakes += crosschecks.errors(settings)

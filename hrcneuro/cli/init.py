@@ -1,17 +1,16 @@
-"""A new study: a configuration with comments, a README and a .gitignore, that run as they are."""
+"""The command init: a new study with a configuration, a README and a .gitignore, that run as they are."""
 
 from __future__ import annotations
 
-import dataclasses
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from hrcneuro import stages
-from hrcneuro.cache.store import guarded
-from hrcneuro.config import Study
-from hrcneuro.configtext import option_line
-from hrcneuro.errors import ConfigError
+import typer
+
+from hrcneuro.cli.declare import command
+from hrcneuro.cli.options import Options
 
 # What a newcomer changes first, with values of a study that is over in a minute or two. Everything else stays the
 # paper's; the comments are the options' own, so that they cannot fall behind.
@@ -87,12 +86,37 @@ study.trials("s01").groupby("case").size()
 _IGNORE = "/cache/\n/results/\n/robot-stopped/\n"
 
 
+@command(
+    "Make a new study that runs as it is: configuration, README, .gitignore.",
+    "init mystudy",
+    "init studies/second --dry-run",
+    name="init",
+)
+def init(options: Options, folder: Annotated[Path, typer.Argument(help="A folder that is new or empty.")]) -> int:
+    """Make a new study that runs as it is."""
+    from hrcneuro.cli import bring
+
+    files = create(folder, dry_run=options.dry_run)
+    if options.json:
+        names = [p.name for p in files]
+        print(json.dumps({"command": "init", "ok": True, "folder": str(folder), "files": names}, indent=1))
+        return 0
+    talk = bring.console(options)
+    verb = "would write" if options.dry_run else "wrote"
+    talk.say(f"{verb} {', '.join(p.name for p in files)} in {folder}")
+    talk.say(f"next: cd {folder} && hrcneuro run")
+    return 0
+
+
 def create(folder: Path, *, dry_run: bool = False) -> list[Path]:
     """Make the study and return its files; ``dry_run`` only checks that the folder is free.
 
     Raises:
         ConfigError: The folder is a file, holds something already, or cannot be written.
     """
+    from hrcneuro.cache.store import guarded
+    from hrcneuro.errors import ConfigError
+
     with guarded(folder):
         if folder.is_file():
             raise ConfigError(f"{folder} is a file", cure="name a folder that does not exist yet, or an empty one")
@@ -112,6 +136,12 @@ def create(folder: Path, *, dry_run: bool = False) -> list[Path]:
 
 
 def _tables(name: str) -> Iterator[str]:
+    import dataclasses
+
+    from hrcneuro import stages
+    from hrcneuro.config.settings import Study
+    from hrcneuro.config.text import option_line
+
     for table, values in _FIRST.items():
         section, _, inner = table.partition(".")
         config = Study() if section == "study" else stages.load(section).Config()

@@ -19,7 +19,7 @@ from typing import Any, TextIO
 
 from hrcneuro import __version__
 from hrcneuro.cache import fingerprint
-from hrcneuro.config import Settings
+from hrcneuro.config.settings import Settings
 from hrcneuro.contract import params
 from hrcneuro.errors import HrcError
 

@@ -12,15 +12,15 @@ from typing import Any
 from hrcneuro import stages
 from hrcneuro.cache import fingerprint, why
 from hrcneuro.cache.store import Record
-from hrcneuro.config import Settings
+from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Inputs, params
 from hrcneuro.errors import DataError, HrcError
-from hrcneuro.executors import Executor, outcome
-from hrcneuro.graph import Task, closure
-from hrcneuro.work import Job, Outcome, execute
-from hrcneuro.workdir import Workdir
+from hrcneuro.pipeline.executors import Executor, outcome
+from hrcneuro.pipeline.graph import Task, closure
+from hrcneuro.pipeline.job import Job, Outcome, execute
+from hrcneuro.pipeline.workdir import Workdir
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass

@@ -15,8 +15,8 @@ from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, Protocol
 
-from hrcneuro import work
 from hrcneuro.errors import ConfigError, StageError, did_you_mean
+from hrcneuro.pipeline import job as work
 
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.

@@ -37,7 +37,7 @@ def _configured(ctx: typer.Context) -> tuple[str, ...]:
     # Only the one table is read: a mistake elsewhere in the file must not keep TAB from working.
     import tomllib
 
-    from hrcneuro.config import Study
+    from hrcneuro.config.settings import Study
 
     given: Any = ctx.params.get("config")
     path = Path(given) if given else Path("hrcneuro.toml")

@@ -3,28 +3,52 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
+import json
 import os
-import platform
 import re
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
-from hrcneuro.cache import fingerprint
-from hrcneuro.cache.store import Record, Store
-from hrcneuro.config import Settings
+from hrcneuro.cli.declare import command
+from hrcneuro.cli.options import Options
 from hrcneuro.errors import HrcError
-from hrcneuro.executors import cores
+
+if TYPE_CHECKING:
+    from hrcneuro.cache.store import Store
+    from hrcneuro.config.settings import Settings
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)(?:\[(?P<extras>[^\]]*)\])?\s*(?:>=(?P<least>[\d.]+))?")
 _EXTRA = re.compile(r"extra\s*==\s*['\"](?P<extra>[\w-]+)['\"]")
 _LOW_DISK_GB = 5.0
 _LOW_MEMORY_GB = 3.0
+
+
+@command(
+    "Say what this machine offers: versions, libraries, extras, room, and a test of the cache.",
+    "doctor",
+    "doctor --json",
+    name="doctor",
+)
+def doctor(options: Options) -> int:
+    """Print what this machine offers, and what is wrong with it; return 0 where nothing is, else 1."""
+    from hrcneuro.cli import bring
+    from hrcneuro.pipeline.workdir import Workdir
+
+    view = examine(lambda: bring.settings(options), Workdir(options.workdir).cache.root)
+    code = exit_code(view)
+    if options.json:
+        print(json.dumps({"command": "doctor", "ok": code == 0, **view}, indent=1))
+        return code
+    print("\n".join(lines(view)))
+    for kind in ("notes", "problems"):
+        for text in view[kind]:
+            print(f"{kind.removesuffix('s')}: {text}")
+    print("everything needed is there" if code == 0 else f"{len(view['problems'])} problems")
+    return code
 
 
 def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
@@ -34,6 +58,10 @@ def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
         settings: Reads the configuration of the study, for the devices that it names.
         root: The folder of the cache; a test entry is published in it and removed.
     """
+    import platform
+
+    from hrcneuro.pipeline.executors import cores
+
     view: dict[str, Any] = {"problems": [], "notes": []}
     view["versions"] = {"hrcneuro": __version__, "python": platform.python_version(), "system": _system()}
     view["libraries"], view["extras"] = _packages(view["problems"])
@@ -73,11 +101,17 @@ def lines(view: dict[str, Any]) -> list[str]:
 
 
 def _system() -> str:
+    import platform
+
     return f"{platform.system()} {platform.release()} {platform.machine()}"
 
 
 def _packages(problems: list[str]) -> tuple[dict[str, str], dict[str, str]]:
     """Return the versions of what must be there, and of each extra whether it is."""
+    import importlib.metadata
+
+    from hrcneuro.cache import fingerprint
+
     needed: dict[str, str] = {}
     missing: dict[str, list[str]] = {}
     for text in importlib.metadata.requires("hrcneuro") or ():
@@ -151,6 +185,10 @@ def _gigabytes(value: float) -> str:
 
 def _try_cache(root: Path) -> dict[str, str]:
     """Return step -> ``ok`` or what went wrong, of an entry's whole life in the cache's own file system."""
+    import tempfile
+
+    from hrcneuro.cache.store import Store
+
     steps: dict[str, Callable[[Store], None]] = {
         "write, publish": _publish,
         "read, verify": _read_back,
@@ -184,6 +222,8 @@ _ENTRY = ("doctor", "test", "0" * 16)
 
 
 def _publish(store: Store) -> None:
+    from hrcneuro.cache.store import Record
+
     with store.workspace(*_ENTRY) as work:
         (work / "data.bin").write_bytes(bytes(range(256)) * 4096)
         store.publish(Record(*_ENTRY, {}, {}), work)

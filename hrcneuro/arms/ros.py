@@ -10,9 +10,9 @@ import socket
 from importlib import import_module
 from typing import Any
 
+from hrcneuro.arms.clock import Stamps, WallClock
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import PLAYING, STOPPED, State
-from hrcneuro.robot.backends.clock import Stamps, WallClock
 
 JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"

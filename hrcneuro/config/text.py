@@ -7,8 +7,8 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hrcneuro.coercion import allowed_range
-from hrcneuro.config import Settings
+from hrcneuro.config.reader import allowed_range
+from hrcneuro.config.settings import Settings
 from hrcneuro.contract import plain
 from hrcneuro.errors import ConfigError, did_you_mean
 

@@ -8,11 +8,11 @@ import socket
 import subprocess
 import sys
 
+from hrcneuro.arms import ur_process as process
+from hrcneuro.arms.clock import Stamps, WallClock
+from hrcneuro.arms.dashboard import check_ready, stop_by_script
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import NORMAL, PERIOD, PLAYING, State
-from hrcneuro.robot.backends import ur_process as process
-from hrcneuro.robot.backends.clock import Stamps, WallClock
-from hrcneuro.robot.backends.dashboard import check_ready, stop_by_script
 
 _START = 20.0  # s, for ur_rtde to connect
 _PROMPT = PERIOD / 2  # s, for a packet that has come already

@@ -1,38 +1,45 @@
-"""What ``hrcneuro robot`` does beyond a plain stage: options for a real arm, and the timing report."""
+"""The command robot: the stage on the arm that is named, and how punctual it was."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import Annotated
 
-from hrcneuro import commands
-from hrcneuro.options import Options
+import typer
+
+from hrcneuro.cli.declare import Subjects, command
+from hrcneuro.cli.options import Options
 
 
+@command(
+    "Drive the arm through a session's moves.",
+    "robot s01",
+    "robot s01 --backend ursim --set robot.blocks=[1] --timing",
+    name="robot",
+)
 def robot(
     options: Options,
-    subjects: Sequence[str] | None,
-    *,
-    backend: str,
-    host: str,
-    at_the_robot: bool,
-    lsl: bool,
-    timing: bool,
+    subjects: Subjects = None,
+    backend: Annotated[str, typer.Option(help="The arm: sim, ursim, ur or ros.")] = "",
+    host: Annotated[str, typer.Option(help="Address of a real arm's controller.")] = "",
+    at_the_robot: Annotated[
+        bool, typer.Option("--i-am-at-the-robot", help="Someone stands at its emergency stop: a real arm needs this.")
+    ] = False,
+    lsl: Annotated[bool, typer.Option("--lsl", help="Send a marker at every motion onset over LSL.")] = False,
+    timing: Annotated[bool, typer.Option("--timing", help="Print how punctual the motions were.")] = False,
 ) -> int:
     """Bring the robot stage up to date on the arm named; return the exit code."""
+    from hrcneuro.cli import bring
+
     given = list(options.set or ())
     given += [f"robot.backend={backend}"] if backend else []
     given += [f"robot.host={host}"] if host else []
     given += ["robot.markers=lsl"] if lsl else []
     given += ["robot.at_the_robot=true"] if at_the_robot else []
     options = replace(options, set=given)
-    settings = commands.settings(options)
-    if settings.sections["robot"].backend != "sim":
-        # In real time no two subjects at once, and Ctrl-C must reach the loop that drives the arm.
-        options = replace(options, executor="serial")
-    code = commands.stage("robot", options, subjects)
+    code = bring.stage("robot", options, subjects)
     if timing and code == 0 and not options.dry_run and not options.json:
-        for subject in subjects or settings.included:
+        for subject in subjects or bring.settings(options).included:
             print(_timing(options, subject))
     return code
 
@@ -48,7 +55,7 @@ _MEANING = {
 
 def _timing(options: Options, subject: str) -> str:
     from hrcneuro.io.tables import read_table
-    from hrcneuro.workdir import Workdir
+    from hrcneuro.pipeline.workdir import Workdir
 
     place = Workdir(options.workdir).artifact("robot", subject, "timing.parquet")
     names = ("mean", "sd", "median", "low", "p1", "p99", "high")

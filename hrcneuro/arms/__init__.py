@@ -9,12 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hrcneuro.arms.clock import WallClock
+    from hrcneuro.arms.ros import RosArm
+    from hrcneuro.arms.script import ScriptArm
+    from hrcneuro.arms.ur import UrArm
+    from hrcneuro.arms.ursim import UrSim
     from hrcneuro.robot.backend import Backend
-    from hrcneuro.robot.backends.clock import WallClock
-    from hrcneuro.robot.backends.ros import RosArm
-    from hrcneuro.robot.backends.script import ScriptArm
-    from hrcneuro.robot.backends.ur import UrArm
-    from hrcneuro.robot.backends.ursim import UrSim
 
 
 def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Backend, WallClock]:
@@ -30,7 +30,7 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
     Raises:
         HardwareError: The arm is not there, not ready, or what drives it is not installed.
     """
-    from hrcneuro.robot.backends.clock import WallClock
+    from hrcneuro.arms.clock import WallClock
 
     clock = WallClock()
     clock.hurry()
@@ -45,13 +45,13 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
 
 def _arm(backend: str, host: str, driver: str, clock: WallClock) -> RosArm | ScriptArm | UrArm | UrSim:
     if backend == "ros":
-        from hrcneuro.robot.backends.ros import RosArm
+        from hrcneuro.arms.ros import RosArm
 
         return RosArm(clock)
 
-    from hrcneuro.robot.backends.script import ScriptArm
-    from hrcneuro.robot.backends.ur import UrArm
-    from hrcneuro.robot.backends.ursim import UrSim
+    from hrcneuro.arms.script import ScriptArm
+    from hrcneuro.arms.ur import UrArm
+    from hrcneuro.arms.ursim import UrSim
 
     def drive(address: str) -> ScriptArm | UrArm:
         return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hrcneuro import stages
-from hrcneuro.config import Settings
+from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Patterns
 from hrcneuro.errors import ConfigError, did_you_mean
 

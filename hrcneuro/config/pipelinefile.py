@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import stages
-from hrcneuro.coercion import Reader
+from hrcneuro.config.reader import Reader
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError
 

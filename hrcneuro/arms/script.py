@@ -11,10 +11,10 @@ import socket
 import struct
 import threading
 
+from hrcneuro.arms.clock import Stamps, WallClock
+from hrcneuro.arms.dashboard import check_ready
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, State
-from hrcneuro.robot.backends.clock import Stamps, WallClock
-from hrcneuro.robot.backends.dashboard import check_ready
 
 _ACCELERATION = 15.0
 _HOLD = 0.1  # s, that a line acts

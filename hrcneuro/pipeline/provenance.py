@@ -15,7 +15,7 @@ from hrcneuro import __version__
 @functools.cache
 def provenance() -> Mapping[str, Any]:
     """Return version, git commit, whether the tree was dirty, and the command line, for ``record.json``."""
-    folder = Path(__file__).parent
+    folder = Path(__file__).parents[1]
     # Installed into a user's own repository, this package is no part of that one's history.
     ours = _git(folder, "ls-files", "--", "__init__.py")
     commit = _git(folder, "rev-parse", "HEAD") if ours else ""

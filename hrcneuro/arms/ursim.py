@@ -76,8 +76,7 @@ def _start(options: tuple[str, ...]) -> tuple[subprocess.Popen[Any], str]:
         number = os.getpid() * 5 + attempt
         host = f"127.{20 + number // 62500 % 200}.{1 + number // 250 % 250}.{1 + number % 250}"
         process = subprocess.Popen(
-            [sys.executable, "-m", "hrcneuro", "ur10", "serve", "--address", host, "--until-stdin-closes", "--json",
-             *options],
+            [sys.executable, "-m", "hrcneuro.ur10", "--address", host, "--until-stdin-closes", "--json", *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -14,8 +14,8 @@ from typing import Any
 
 import typer
 
+from hrcneuro.cli.options import Options
 from hrcneuro.errors import HrcError, StageError, StageInterrupted
-from hrcneuro.options import Options
 
 
 class Interrupted(HrcError):
@@ -78,7 +78,7 @@ def _drop_output() -> None:
 
 
 def _fail(name: str, options: Options, error: HrcError) -> int:
-    from hrcneuro.console import Console
+    from hrcneuro.cli.console import Console
 
     if options.debug:
         traceback.print_exc()

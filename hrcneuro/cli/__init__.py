@@ -1,0 +1,1 @@
+"""The command line: one file a subject, with the declaration of its commands and what they do."""

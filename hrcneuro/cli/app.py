@@ -1,0 +1,24 @@
+"""The command line: a file a subject, in the order in which ``--help`` lists them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from hrcneuro import __version__
+
+# Importing a file declares its commands.
+from hrcneuro.cli import acquire, cache, config, doctor, export, init, robot, run, simulate, stages, ur10  # noqa: F401
+from hrcneuro.cli.declare import app
+
+__all__ = ["app"]
+
+
+@app.callback(invoke_without_command=True)
+def _main(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+) -> None:
+    if version:
+        print(f"hrcneuro {__version__}")
+        raise typer.Exit

@@ -1,0 +1,50 @@
+"""How a command is declared: the program, its groups, and the decorator that adds a command to one of them.
+
+A file of this package holds a subject's commands: what each accepts and, below, what it does. A body imports what it
+needs when it runs, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import typer
+
+from hrcneuro.cli import completion
+from hrcneuro.cli.boundary import bounded
+from hrcneuro.cli.options import with_options
+
+app = typer.Typer(
+    name="hrcneuro",
+    help="A neuro-robotics study that anyone can rerun: EEG, decoding, robot learning and a UR10.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    epilog="Examples:\n\n  hrcneuro preprocess s01\n\n  hrcneuro run pipelines/smoke.toml -j 2",
+)
+
+Subjects = Annotated[
+    list[str] | None,
+    typer.Argument(help="Subjects; none means everyone, and the group.", autocompletion=completion.subjects),
+]
+
+
+def group(name: str, help: str) -> typer.Typer:
+    """Return a new group of commands, ``hrcneuro NAME COMMAND``."""
+    made = typer.Typer(help=help, rich_markup_mode=None, no_args_is_help=True)
+    app.add_typer(made, name=name)
+    return made
+
+
+def command(
+    help: str, *examples: str, name: str, group: typer.Typer = app
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator that declares a command: ``options`` come first, the exit code is what it returns."""
+    text = "Examples:\n\n" + "\n\n".join(f"  hrcneuro {example}" for example in examples)
+
+    def register(function: Callable[..., Any]) -> Callable[..., Any]:
+        group.command(name, help=help, epilog=text)(with_options(bounded(name, function)))
+        return function
+
+    return register
