@@ -1,30 +1,24 @@
-"""What a stage is: options with their limits, and the input files that the pipeline hands to it.
+"""What a stage is, what a drawing is, and how both declare their options: all that the pipeline asks of either.
 
-A stage module (``hrcneuro/stages/NAME.py``) has these parts, in this order:
-
-``LIBS``            names of the libraries whose major.minor version decides the result
-``INPUTS``          upstream stage -> file patterns that the unit of one subject reads
-``GROUP_INPUTS``    the same for the unit ``group`` (absent where the stage has none)
-``Config``          a frozen dataclass of :func:`option` fields: the TOML section of the stage's name
-``check(config)``   sentences that say which values contradict each other
-``run(config, inputs, out)``        writes the subject's artifacts into ``out``, returns the JSON summary
-``run_group(config, inputs, out)``  the same for the group
-
-A group whose work is long may be cut: ``parts(config)`` names further units, ``run_part`` computes one of them without
-inputs, and ``run_group`` finds their files under its own stage's name.
+A stage (``hrcneuro/stages/NAME.py``) computes numbers; its file ends with ``STAGE = Stage(...)``. A drawing
+(``hrcneuro/drawings/NAME.py``) makes pictures from artifacts alone, so that another colour computes nothing; its file
+ends with ``DRAWINGS = Drawings(...)``. Both are handed the files that they declare, and nothing else.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import enum
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from hrcneuro.errors import DataError
 
-Patterns = Mapping[str, tuple[str, ...]]
+GROUP = "group"
+Summary = dict[str, Any]
 
 
 def option(
@@ -36,7 +30,9 @@ def option(
     high: float | None = None,
     open_low: bool = False,
     choices: tuple[str, ...] = (),
-    location: bool = False,
+    path: bool = False,
+    keyed: bool = True,
+    drawing: bool = False,
     shared: str = "",
 ) -> Any:
     """Return a dataclass field with its limits.
@@ -48,22 +44,27 @@ def option(
         low, high: Inclusive limits of a number, or of each number in a tuple.
         open_low: ``low`` itself is not allowed.
         choices: The allowed strings.
-        location: A path, say: it says where, not what, so it stays out of the cache key.
+        path: A file or folder; a relative one is taken from the folder of the file that names it.
+        keyed: Whether it decides results. What only says where or how, as an address does, stays out of the cache key.
+        drawing: Only drawings read it: it is part of their keys and of no stage's.
         shared: Name of a top-level table of the configuration from which this field is filled.
     """
     meta = dict(
-        help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, location=location, shared=shared
-    )
+        help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, path=path, keyed=keyed,
+        drawing=drawing, shared=shared,
+    )  # fmt: skip
     if isinstance(default, dict):
         return field(default_factory=lambda: dict(default), metadata=meta)
     return field(default=default, metadata=meta)
 
 
 def params(config: Any) -> dict[str, Any]:
-    """Return the fields of a frozen Config that decide results, as JSON-able values (locations left out)."""
-    return {
-        f.name: plain(getattr(config, f.name)) for f in dataclasses.fields(config) if not f.metadata.get("location")
-    }
+    """Return the fields of a frozen Config that decide numbers, as JSON-able values."""
+    return {f.name: plain(getattr(config, f.name)) for f in dataclasses.fields(config) if _decides_numbers(f)}
+
+
+def _decides_numbers(f: dataclasses.Field[Any]) -> bool:
+    return bool(f.metadata.get("keyed", True)) and not f.metadata.get("drawing")
 
 
 def plain(value: Any) -> Any:
@@ -75,6 +76,141 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
     return str(value) if isinstance(value, Path) else value
+
+
+def chosen(sections: Mapping[str, Any], names: tuple[str, ...]) -> SimpleNamespace:
+    """Return the named options, ``"erp.channel"`` as ``.erp.channel``; any other one is not there to be read."""
+    found: dict[str, dict[str, Any]] = {}
+    for name in names:
+        section, _, key = name.partition(".")
+        found.setdefault(section, {})[key] = getattr(sections[section], key)
+    return SimpleNamespace(**{section: SimpleNamespace(**values) for section, values in found.items()})
+
+
+class Of(enum.Enum):
+    """Whose entries a unit reads."""
+
+    OWN = "own"  # the unit's own
+    GROUP = "group"
+    INCLUDED = "included"  # every subject's that enters the analyses
+    EVERYONE = "everyone"  # excluded subjects', too
+
+
+@dataclass(frozen=True)
+class Read:
+    """Files that a stage or a drawing reads of other entries.
+
+    Attributes:
+        stage: Who wrote them.
+        files: Patterns of their names.
+        of: Whose they are.
+        required: Whether there is nothing to do where they are missing; else what is there is read.
+    """
+
+    stage: str
+    files: tuple[str, ...]
+    of: Of = Of.OWN
+    required: bool = True
+
+
+Reads = tuple[Read, ...]
+
+
+class Sessions(enum.Enum):
+    """How many units of a stage may run at a time."""
+
+    SIDE_BY_SIDE = "side by side"
+    ONE_AT_A_TIME = "one at a time"  # in real time, in the process that hears Ctrl-C
+    ONE_A_COMMAND = "one a command"  # on something that is there only once: after a stop, nothing may move it again
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a stage computes for a unit.
+
+    Attributes:
+        run: ``run(config, files, out)`` writes the artifacts into the folder ``out`` and returns the JSON summary.
+        reads: Which files of other entries it is handed; a function of the Config where that depends on it.
+    """
+
+    run: Callable[[Any, Inputs, Path], Summary]
+    reads: Reads | Callable[[Any], Reads] = ()
+
+    def needed(self, config: Any) -> Reads:
+        """Return the files that it is handed with this configuration."""
+        return self.reads(config) if callable(self.reads) else self.reads
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Pieces into which the group's work is cut: further units, whose files the group reads under its own stage.
+
+    Attributes:
+        units: Their names; none where nothing is cut.
+        run: Computes one of them, without inputs.
+    """
+
+    units: Callable[[Any], tuple[str, ...]]
+    run: Callable[[Any, Inputs, Path], Summary]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage.
+
+    Attributes:
+        name: Of its section in the configuration, its command and its folder in the cache.
+        config: A frozen dataclass of :func:`option` fields.
+        libraries: Distributions whose major.minor version decides the result.
+        check: Returns sentences that say which values contradict each other.
+        subject, group: What is computed for a subject, and for the group; one of them may be absent.
+        parts: How the group's work is cut, where it is.
+        sources: Label -> external file that decides a unit's result.
+        sessions: How many units may run at a time.
+    """
+
+    name: str
+    config: type
+    libraries: tuple[str, ...]
+    check: Callable[[Any], list[str]]
+    subject: Work | None = None
+    group: Work | None = None
+    parts: Parts | None = None
+    sources: Callable[[Any, str], Mapping[str, Path]] = lambda config, unit: {}
+    sessions: Callable[[Any], Sessions] = lambda config: Sessions.SIDE_BY_SIDE
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Pictures of a unit.
+
+    Attributes:
+        captions: File -> caption, in the order in which people see them; one that has no data is not written.
+        reads: The files that it is handed: of its own entry, and of others where it joins stages.
+        options: Names of the options that it may read, ``"erp.channel"``; they are its key's parameters.
+        draw: ``draw(config, files, out)`` writes PNG and PDF into ``out``; ``config.erp.channel`` is an option.
+    """
+
+    captions: Mapping[str, str]
+    reads: Reads
+    options: tuple[str, ...]
+    draw: Callable[[Any, Inputs, Path], None]
+
+
+@dataclass(frozen=True)
+class Drawings:
+    """The drawings of a stage, or of several that a picture joins.
+
+    Attributes:
+        name: The stage's; a name of its own where it joins several.
+        libraries: Distributions whose major.minor version decides the pictures.
+        subject, group: What is drawn for a subject, and for the group.
+    """
+
+    name: str
+    libraries: tuple[str, ...]
+    subject: Drawing | None = None
+    group: Drawing | None = None
 
 
 @dataclass(frozen=True)
@@ -118,5 +254,5 @@ class Inputs:
         return name.format(unit=unit) in self.files.get(stage, {}).get(unit, {})
 
     def units(self, stage: str) -> tuple[str, ...]:
-        """Return the upstream units, in the order of their names."""
-        return tuple(sorted(self.files.get(stage, {})))
+        """Return the units of a stage whose files are here, in the order of their names, without the group."""
+        return tuple(sorted(unit for unit in self.files.get(stage, {}) if unit != GROUP))

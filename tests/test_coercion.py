@@ -23,7 +23,7 @@ class Config:
     labels: dict[str, str] = option({}, "map")
     limit: float | None = option(None, "optional")
     on: bool = option(False, "switch")
-    path: str = option("", "where", location=True)
+    path: str = option("", "where", path=True, keyed=False)
     inner: Inner = option(Inner(), "nested")
     many: dict[str, Inner] = option({}, "several")
     table: dict[str, str] = option({}, "shared", shared="conditions")

@@ -126,7 +126,7 @@ def test_every_option_has_a_line_of_help(name):
             if dataclasses.is_dataclass(getattr(config, f.name)):
                 walk(getattr(config, f.name))
 
-    walk(stages.load(name).Config())
+    walk(stages.load(name).config())
 
 
 def test_broken_toml_is_named(empty):

@@ -19,7 +19,7 @@ from hrcneuro.pipeline.workdir import Workdir
 @dataclasses.dataclass(frozen=True)
 class Config:
     gain: int = option(1, "multiplies")
-    path: str = option("", "where", location=True)
+    path: str = option("", "where", path=True, keyed=False)
 
 
 class House:

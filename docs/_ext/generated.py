@@ -92,7 +92,7 @@ def table_of(place: str) -> Any:
 def options(stage: str) -> str:
     """Return a stage's options as a Markdown table."""
     rows = ["| key | default | allowed | meaning |", "|---|---|---|---|"]
-    return "\n".join([*rows, *_rows(stages.load(stage).Config(), "")])
+    return "\n".join([*rows, *_rows(stages.load(stage).config(), "")])
 
 
 def artifacts(stage: str) -> str:

@@ -6,14 +6,17 @@ import contextlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from hrcneuro import stages
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
+from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline import executors, graph, walk
+from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.provenance import command_line, provenance
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
@@ -40,70 +43,95 @@ def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     return code
 
 
-def planned(options: Options, settings: Settings, *, verify: bool = False) -> list[walk.Item]:
+def planned(options: Options, settings: Settings) -> list[Item]:
     """Return what would happen to every task of the study; nothing runs."""
-    study = walk.Run(settings, Workdir(options.workdir), verify=verify)
-    return study.plan(graph.targets(settings, stages.NAMES, ()))
+    wanted = graph.targets(settings, stages.NAMES, ())
+    tasks = _graph(options, settings, wanted, joint=True)
+    return walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify).plan()
 
 
-def logged(name: str, options: Options, found: Settings) -> contextlib.AbstractContextManager[RunLog]:
+def logged(name: str, options: Options, settings: Settings) -> contextlib.AbstractContextManager[RunLog]:
     """Return the log of a run under way; a dry run leaves none."""
     if options.dry_run:
         return contextlib.nullcontext(RunLog(None))
-    return recorded(Workdir(options.workdir).results, name, found, command_line())
+    return recorded(Workdir(options.workdir).results, name, settings, command_line())
 
 
-def bring(options: Options, found: Settings, wanted: Iterable[graph.Task], log: RunLog) -> list[walk.Item]:
-    """Bring tasks, and what they stand on, up to date (a dry run: say what would run); return every item."""
-    talk = console(options)
-    study = walk.Run(found, Workdir(options.workdir), verify=options.verify)
+def bring(
+    options: Options, settings: Settings, wanted: Iterable[graph.Task], log: RunLog, *, joint: bool = False
+) -> list[Item]:
+    """Bring tasks, and what they stand on, up to date (a dry run: say what would run); return every item.
+
+    ``joint`` asks for the pictures that join stages, too.
+    """
     wanted = list(wanted)
-    tasks = graph.closure(found, wanted)
-    if _moves_the_one_arm(found, tasks):
-        # Not in a worker: Ctrl-C must reach the loop that drives it.
-        options = replace(options, executor="serial")
+    tasks = _graph(options, settings, wanted, joint=joint)
+    study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
+    forced = _forced(wanted, tasks) if options.force else []
     if options.dry_run:
-        items = study.plan(wanted, force=options.force)
+        talk = console(options)
+        items = study.plan(forced)
         for item in items:
             talk.report(item)
         return items
-    executor = executors.create(options.executor, options.jobs or executors.cores())
-    total = len(tasks)
+    if _one_at_a_time(settings, tasks):
+        # Not in a worker: Ctrl-C must reach the loop that drives the arm.
+        options = replace(options, executor="serial")
+    return _walked(options, study, log, forced=forced)
 
-    def tell(task: graph.Task, item: walk.Item) -> None:
+
+def draw(options: Options, settings: Settings) -> list[Item]:
+    """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
+    wanted = graph.targets(settings, stages.NAMES, ())
+    study = walk.Run(settings, Workdir(options.workdir), _graph(options, settings, wanted, joint=True))
+    return _walked(options, study, RunLog(None), pictures_only=True)
+
+
+def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
+    talk = console(options)
+    executor = executors.create(options.executor, options.jobs or executors.cores())
+
+    def tell(item: Item) -> None:
         talk.report(item)
         log.item(item)
 
     try:
-        with talk.progress(total), executor:
-            return study.run(
-                wanted,
-                executor,
-                force=options.force,
-                provenance=provenance,
-                report=tell,
-            )
+        with talk.progress(len(study.nodes)), executor:
+            return study.run(executor, provenance=provenance, report=tell, **how)
     except BaseException:
         # The workers are gone by now, perhaps not all of them in peace.
         study.workdir.cache.sweep()
         raise
 
 
-def _moves_the_one_arm(found: Settings, tasks: Iterable[graph.Task]) -> bool:
-    """Return whether tasks drive an arm that is there only once.
+def _graph(options: Options, settings: Settings, wanted: Iterable[graph.Task], *, joint: bool) -> graph.Graph:
+    numbers = graph.closure(settings, wanted)
+    return numbers if options.no_figures else numbers | graph.pictures(settings, numbers, joint=joint)
+
+
+def _forced(wanted: Iterable[graph.Task], tasks: graph.Graph) -> list[graph.Task]:
+    """Return what is wanted, and its pictures."""
+    named = {(task.name, task.unit) for task in wanted}
+    return [task for task in tasks if (task.subject, task.unit) in named]
+
+
+def _one_at_a_time(settings: Settings, tasks: Iterable[graph.Task]) -> bool:
+    """Return whether tasks run in real time.
 
     Raises:
-        ConfigError: They do for more than one subject: after a stop, the next session would move it with nobody asked.
+        ConfigError: Several would move the one arm: after a stop, the next session would move it with nobody asked.
     """
-    subjects = [task.unit for task in tasks if task.stage == "robot"]
-    section = found.sections["robot"]
-    if not subjects or not stages.load("robot").one_arm(section):
-        return False
-    if len(subjects) > 1:
-        raise ConfigError(
-            f"robot.backend = {section.backend!r} has one arm, and {len(subjects)} subjects are asked of it "
-            f"({', '.join(subjects)}); allowed: one subject a command",
-            cure=f"hrcneuro robot {subjects[0]} with the same options, then the next; a pipeline for hrcneuro run "
-            "leaves robot out of its stages or names one subject",
-        )
-    return True
+    slow = False
+    for name in stages.NAMES:
+        units = [task.unit for task in tasks if task.name == name]
+        section = settings.sections[name]
+        sessions = stages.load(name).sessions(section) if units else Sessions.SIDE_BY_SIDE
+        slow |= sessions is not Sessions.SIDE_BY_SIDE
+        if sessions is Sessions.ONE_A_COMMAND and len(units) > 1:
+            raise ConfigError(
+                f"{name}.backend = {section.backend!r} has one arm, and {len(units)} subjects are asked of it "
+                f"({', '.join(units)}); allowed: one subject a command",
+                cure=f"hrcneuro {name} {units[0]} with the same options, then the next; a pipeline for hrcneuro run "
+                f"leaves {name} out of its stages or names one subject",
+            )
+    return slow

@@ -8,13 +8,28 @@ import os
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import HrcError
+from hrcneuro.pipeline.item import Item, State
 
-_MARKS = {"hit": "=", "ran": "+", "failed": "x", "blocked": "-", "would-run": "?", "running": ">"}
-_STYLES = {"ran": "green", "failed": "bold red", "blocked": "yellow", "would-run": "cyan", "hit": "dim"}
+_MARKS = {
+    State.HIT: "=",
+    State.RAN: "+",
+    State.FAILED: "x",
+    State.BLOCKED: "-",
+    State.WOULD_RUN: "?",
+    State.RUNNING: ">",
+}
+_STYLES = {
+    State.RAN: "green",
+    State.FAILED: "bold red",
+    State.BLOCKED: "yellow",
+    State.WOULD_RUN: "cyan",
+    State.HIT: "dim",
+}
 
 
 class Console:
@@ -59,20 +74,22 @@ class Console:
             yield
         self._progress = None
 
-    def report(self, item: Any) -> None:
+    def report(self, item: Item) -> None:
         """Say what became of one task, as soon as it is known."""
         name = f"{item.stage} {item.unit}"
         if self._progress is not None:
-            self._progress.update(self._bar, advance=item.state != "running", description=name)
-        if self.quiet or (item.state in ("hit", "running", "blocked") and not self.verbose):
+            self._progress.update(self._bar, advance=item.state.settled, description=name)
+        # Pictures follow their numbers without a word.
+        silent = (State.HIT, State.RUNNING, State.BLOCKED, *((State.RAN, State.WOULD_RUN) if item.draws else ()))
+        if self.quiet or (item.state in silent and not self.verbose):
             return
         text = f"{_MARKS[item.state]} {name:<18} {item.state}"
-        if item.state == "ran":
+        if item.state is State.RAN:
             text += f"  {item.seconds:.1f} s"
-        if item.why and (self.verbose or item.state == "would-run"):
+        if item.why and (self.verbose or item.state is State.WOULD_RUN):
             text += f"  ({'; '.join(item.why)})"
         self.say(text, style=_STYLES.get(item.state, ""))
-        for warning in item.summary.get("warnings", []) if item.state == "ran" else []:
+        for warning in item.summary.get("warnings", []) if item.state is State.RAN else []:
             self.say(f"  note: {warning}", style="yellow")
 
     def say(self, text: str, *, style: str = "") -> None:
@@ -101,24 +118,22 @@ class Console:
             print(json.dumps({"command": command, "ok": False, "error": _told(error), "items": []}, indent=1))
         self.error(error)
 
-    def status(self, items: Iterable[Any]) -> None:
+    def status(self, items: Iterable[Item]) -> None:
         """Print a table of units and stages, then each distinct reason for being stale."""
         from rich.console import Console as RichConsole
         from rich.table import Table
 
         items = list(items)
-        names = list(dict.fromkeys(item.stage for item in items))
+        names = list(dict.fromkeys(item.stage for item in items if not item.draws))
         cells = {(item.unit, item.stage): item for item in items}
         table = Table("unit", *names, box=None, pad_edge=False)
-        words = {"hit": "[green]fresh[/]", "would-run": "[yellow]stale[/]", "failed": "[red]fails[/]"}
-        for unit in sorted({item.unit for item in items}, key=lambda u: (u == "group", u)):
-            row = [cells.get((unit, name)) for name in names]
-            table.add_row(unit, *("" if c is None else words.get(c.state, f"[dim]{c.state}[/]") for c in row))
+        for unit in sorted({item.unit for item in items if not item.draws}, key=lambda u: (u == GROUP, u)):
+            table.add_row(unit, *(_freshness(cells, unit, name) for name in names))
         rich = RichConsole(highlight=False)
         rich.print(table)
         reasons: dict[str, dict[str, None]] = {}
         for item in items:
-            for reason in item.why if item.state != "hit" else ():
+            for reason in item.why if item.state is not State.HIT else ():
                 # One line for all units: which of them stand on which is plain from the table.
                 reason = re.sub(r"^(inputs: \w+) of \S+ (would run|failed)$", r"\1 \2", reason)
                 reasons.setdefault(f"{item.stage}: {reason}", {})[item.unit] = None
@@ -126,33 +141,35 @@ class Console:
             # Whole, for those who search in it.
             rich.print(f"{reason}  ({_span(list(units))})", markup=False, soft_wrap=True)
 
-    def finish(self, command: str, items: Iterable[Any], *, also: HrcError | None = None) -> int:
+    def finish(self, command: str, items: Iterable[Item], *, also: HrcError | None = None) -> int:
         """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code."""
         items = list(items)
-        failed = [item for item in items if item.state == "failed"]
+        failed = [item for item in items if item.state is State.FAILED]
         if self.as_json:
             told = document(command, items)
             print(json.dumps(told if also is None else {**told, "ok": False, "error": _told(also)}, indent=1))
-        alike: dict[tuple[str, str], list[Any]] = {}
+        alike: dict[tuple[str, str], list[Item]] = {}
         for item in failed:
             alike.setdefault((item.stage, str(item.error)), []).append(item)
         for (stage, _), group in alike.items():
-            self.error(group[0].error, group[0].trace, of=f"{stage} of {_span([item.unit for item in group])}")
+            if (error := group[0].error) is not None:
+                self.error(error, group[0].trace, of=f"{stage} of {_span([item.unit for item in group])}")
         if also is not None:
             self.error(also)
-        counts = Counter(item.state for item in items)
-        text = ", ".join(f"{n} {state}" for state, n in sorted(counts.items()))
-        self.say(f"{command}: {text or 'nothing to do'}")
+        text = _counted(item for item in items if not item.draws)
+        pictures = _counted(item for item in items if item.draws)
+        self.say(f"{command}: {text or 'nothing to do'}" + (f"; pictures: {pictures}" if pictures else ""))
         codes = {error.exit_code for error in (*(item.error for item in failed), also) if error is not None}
         return 0 if not codes else codes.pop() if len(codes) == 1 else 1
 
 
-def document(command: str, items: Iterable[Any]) -> dict[str, Any]:
+def document(command: str, items: Iterable[Item]) -> dict[str, Any]:
     """Return what ``--json`` prints."""
     rows = [
         {
             "stage": item.stage,
             "unit": item.unit,
+            "kind": "pictures" if item.draws else "numbers",
             "key": item.key,
             "state": item.state,
             "why": item.why,
@@ -163,7 +180,23 @@ def document(command: str, items: Iterable[Any]) -> dict[str, Any]:
         }
         for item in items
     ]
-    return {"command": command, "ok": not any(r["state"] in ("failed", "blocked") for r in rows), "items": rows}
+    return {"command": command, "ok": not any(r["state"] in (State.FAILED, State.BLOCKED) for r in rows), "items": rows}
+
+
+def _counted(items: Iterable[Item]) -> str:
+    counts = Counter(item.state for item in items)
+    return ", ".join(f"{n} {state}" for state, n in sorted(counts.items()))
+
+
+def _freshness(cells: Mapping[tuple[str, str], Item], unit: str, stage: str) -> str:
+    """Return what the table says of a unit of a stage and its pictures."""
+    item, pictures = cells.get((unit, stage)), cells.get((unit, f"{stage}.figures"))
+    words = {State.WOULD_RUN: "[yellow]stale[/]", State.FAILED: "[red]fails[/]"}
+    if item is None:
+        return ""
+    if item.state is State.HIT:
+        return "[green]fresh[/]" if pictures is None or pictures.state is State.HIT else "[cyan]redraw[/]"
+    return words.get(item.state, f"[dim]{item.state}[/]")
 
 
 def _told(error: HrcError) -> dict[str, str]:

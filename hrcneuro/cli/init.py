@@ -144,7 +144,7 @@ def _tables(name: str) -> Iterator[str]:
 
     for table, values in _FIRST.items():
         section, _, inner = table.partition(".")
-        config = Study() if section == "study" else stages.load(section).Config()
+        config = Study() if section == "study" else stages.load(section).config()
         config = getattr(config, inner) if inner else config
         fields = {f.name: f for f in dataclasses.fields(config)}
         yield f"[{table}]"

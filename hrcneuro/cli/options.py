@@ -27,6 +27,7 @@ class Options:
     executor: Annotated[str, typer.Option(help="Where jobs run: auto, serial or processes.")] = "auto"
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would run and why; run nothing.")] = False
     force: Annotated[bool, typer.Option("--force", help="Run what is named even if it is up to date.")] = False
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="Compute numbers alone; draw nothing.")] = False
     verify: Annotated[bool, typer.Option("--verify", help="Hash every file taken from the cache.")] = False
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")] = False
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Say more: every hit, and why things run.")] = False

@@ -34,7 +34,7 @@ def run(
     settings = bring.settings(options, plan.config)
     wanted = graph.targets(settings, plan.stages, plan.subjects)
     with bring.logged("run", options, settings) as log:
-        items = bring.bring(options, settings, wanted, log)
+        items = bring.bring(options, settings, wanted, log, joint=plan.report)
         flaw = None
         if plan.report and not options.dry_run:
             try:
@@ -51,7 +51,7 @@ def status(options: Options) -> int:
     """Print what is fresh and what is stale, as a table of units and stages."""
     from hrcneuro.cli import bring
 
-    items = bring.planned(options, bring.settings(options), verify=options.verify)
+    items = bring.planned(options, bring.settings(options))
     talk = bring.console(options)
     if not options.json:
         talk.status(items)
@@ -82,11 +82,11 @@ def report(options: Options) -> int:
     from hrcneuro.pipeline.workdir import Workdir
 
     settings = bring.settings(options)
-    items = bring.planned(options, settings)
     if options.dry_run:
         written = Workdir(options.workdir).results / "report.html"
         bring.console(options).say(f"would write {written}")
     else:
+        items = bring.planned(options, settings) if options.no_figures else bring.draw(options, settings)
         written = _write_report(options, settings, items)
     if options.json:
         print(json.dumps({"command": "report", "ok": True, "report": str(written)}, indent=1))

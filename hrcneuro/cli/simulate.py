@@ -40,14 +40,13 @@ def _with_sweep(options: Options, axes: Sequence[str]) -> Options:
     Raises:
         ConfigError: An axis has no values.
     """
-    from hrcneuro import stages
     from hrcneuro.errors import ConfigError
+    from hrcneuro.stages.simulate import WIDE_SWEEP
 
     added = []
     for text in axes:
         if text == "wide":
-            wide = stages.load("simulate").WIDE_SWEEP
-            added += [f"simulate.sweep.{axis}={list(values)}" for axis, values in wide.items()]
+            added += [f"simulate.sweep.{axis}={list(values)}" for axis, values in WIDE_SWEEP.items()]
             continue
         axis, equals, values = text.partition("=")
         if not equals or not axis.strip() or not values.strip():

@@ -99,7 +99,7 @@ class Reader:
         if choices and value not in choices:
             hint = did_you_mean(value, choices)
             self.mistakes.append(f"{self.source}: {name} = {value!r}{hint}; allowed: {', '.join(choices)}")
-        if meta.get("location") and name.endswith(("path", "folder", "dir", "cache")) and value:
+        if meta.get("path") and value:
             return str((self.folder / value).absolute())
         return value
 

@@ -68,7 +68,7 @@ def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: P
     layers.append((setter, _read_assignments(assignments, setter)))
 
     parts: dict[str, Any] = {"study": Study(), "shared": Shared()}
-    parts |= {name: stages.load(name).Config() for name in stages.NAMES}
+    parts |= {name: stages.load(name).config() for name in stages.NAMES}
     origins: dict[str, str] = {}
     for reader, values in layers:
         _apply(reader, values, parts, origins)

@@ -69,14 +69,14 @@ def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[
             continue
         origin = origins.get(f"{name}.{f.name}", "default") if origins is not None else ""
         # A published configuration says what, not where: each user's own places are left for them to fill in.
-        where = "# " if origins is None and f.metadata.get("location") else ""
+        where = "# " if origins is None and not f.metadata.get("keyed", True) else ""
         yield where + option_line(f, value, origin=origin)
     for inner, value in nested:
         yield from _table(inner, value, origins)
 
 
 def _full(value: Any) -> Any:
-    # Unlike contract.params this keeps the locations: a person wants to see them.
+    # Unlike contract.params this keeps what is not part of a key: a person wants to see them.
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: _full(getattr(value, f.name)) for f in dataclasses.fields(value)}
     return plain(value)

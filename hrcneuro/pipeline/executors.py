@@ -16,7 +16,8 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from hrcneuro.errors import ConfigError, StageError, did_you_mean
-from hrcneuro.pipeline import job as work
+from hrcneuro.pipeline import job
+from hrcneuro.pipeline.item import State
 
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
@@ -149,12 +150,12 @@ def create(name: str, workers: int) -> Executor:
         )
     if workers < 1:
         raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
-    work.one_thread()
+    job.one_thread()
     return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)
 
 
-def outcome(future: futures.Future, name: str) -> work.Outcome:
-    """Return what became of a submitted ``work.execute``, also where it never came back."""
+def outcome(future: futures.Future, name: str) -> job.Outcome:
+    """Return what became of a submitted ``job.execute``, also where it never came back."""
     try:
         return future.result()
     except WorkerDied as death:
@@ -167,7 +168,7 @@ def outcome(future: futures.Future, name: str) -> work.Outcome:
             f"{name} came to no result: {type(unknown).__name__}: {unknown}",
             cure="run it again with --executor serial --debug, and please report it as a bug",
         )
-    return work.Outcome("failed", error=error)
+    return job.Outcome(State.FAILED, error=error)
 
 
 def cores() -> int:

@@ -1,49 +1,78 @@
-"""The stage graph: which tasks there are, what a command asks for, and what stands on what."""
+"""The graph: which tasks there are, what a command asks for, and what stands on what."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from hrcneuro import stages
+from hrcneuro import drawings, stages
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import Patterns
+from hrcneuro.contract import GROUP, Drawing, Of, Reads
 from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.pipeline.workdir import FIGURES
 
-GROUP = "group"
 # Excluded subjects stop here: their quality and outlier verdict belong in the report, their data in no analysis.
 _BEFORE_EXCLUSION = ("acquire", "preprocess", "epoch")
 
 
 @dataclass(frozen=True, order=True)
 class Task:
-    """A stage and the unit that it runs on."""
+    """A stage, or its pictures, and the unit that it runs on.
+
+    Tasks sort in the order in which people read them: by stage, the group last, pictures behind all numbers.
+    """
 
     rank: int
     unit: str
-    stage: str = field(compare=False)
+    name: str = field(compare=False)
 
     @classmethod
     def of(cls, stage: str, unit: str) -> Task:
-        """Return the task; tasks sort in the order in which people read them: by stage, group last."""
+        """Return the task that computes a unit of a stage."""
         return cls(2 * stages.NAMES.index(stage) + (unit == GROUP), unit, stage)
 
+    @classmethod
+    def drawing(cls, name: str, unit: str) -> Task:
+        """Return the task that draws a unit's pictures."""
+        return cls(2 * (len(stages.NAMES) + drawings.NAMES.index(name)) + (unit == GROUP), unit, name + FIGURES)
 
-def needs(settings: Settings, task: Task) -> dict[Task, tuple[str, ...]]:
-    """Return the tasks that a task reads from, and the file patterns that it reads."""
-    stage = stages.load(task.stage)
-    config = settings.sections[task.stage]
-    parts = stage.parts(config) if hasattr(stage, "parts") else ()
+    @property
+    def draws(self) -> bool:
+        """Whether it makes pictures, of which no other task reads."""
+        return self.name.endswith(FIGURES)
+
+    @property
+    def subject(self) -> str:
+        """The stage that it computes or draws; of pictures that join stages, their name."""
+        return self.name.removesuffix(FIGURES)
+
+    def __str__(self) -> str:
+        return f"{self.name} of {self.unit}"
+
+
+@dataclass(frozen=True)
+class Need:
+    """What a task reads of another: patterns of file names, and whether it can do without."""
+
+    files: tuple[str, ...]
+    required: bool = True
+
+
+Needs = Mapping[Task, Need]
+Graph = Mapping[Task, Needs]
+
+
+def needs(settings: Settings, task: Task) -> Needs:
+    """Return the tasks that a stage's task reads from."""
+    stage = stages.load(task.name)
+    config = settings.sections[task.name]
+    parts = stage.parts.units(config) if stage.parts else ()
     if task.unit in parts:
         return {}
-    if hasattr(stage, "inputs"):
-        patterns: Patterns = stage.inputs(config)
-    else:
-        patterns = stage.GROUP_INPUTS if task.unit == GROUP else stage.INPUTS
-    units = settings.included if task.unit == GROUP else (task.unit,)
-    found = {Task.of(name, unit): files for name, files in patterns.items() for unit in units}
-    return found | {Task.of(task.stage, part): ("*",) for part in parts}
+    work = stage.group if task.unit == GROUP else stage.subject
+    found = _resolved(settings, work.needed(config), task.unit) if work else {}
+    return found | {Task.of(task.name, part): Need(("*",)) for part in parts if task.unit == GROUP}
 
 
 def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -> list[Task]:
@@ -62,20 +91,20 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
                 f"unknown subject {subject!r}{hint}; the study has {', '.join(settings.study.subjects) or 'none'}",
                 cure="name one of these, or add it to study.subjects",
             )
-    found = []
+    tasks = []
     for name in names:
         check_stage(name)
         stage = stages.load(name)
         everyone = settings.study.subjects if name in _BEFORE_EXCLUSION else settings.included
-        if not hasattr(stage, "run") and any(s != GROUP for s in subjects):
+        if not stage.subject and any(s != GROUP for s in subjects):
             raise ConfigError(f"{name} runs once for the whole group", cure=f"leave the subjects out: hrcneuro {name}")
-        if not hasattr(stage, "run_group") and GROUP in subjects:
+        if not stage.group and GROUP in subjects:
             raise ConfigError(f"{name} runs for subjects only", cure=f"name subjects, or none: hrcneuro {name}")
-        if hasattr(stage, "run"):
-            found += [Task.of(name, s) for s in (subjects or everyone) if s != GROUP]
-        if hasattr(stage, "run_group") and (not subjects or GROUP in subjects):
-            found.append(Task.of(name, GROUP))
-    return found
+        if stage.subject:
+            tasks += [Task.of(name, s) for s in (subjects or everyone) if s != GROUP]
+        if stage.group and (not subjects or GROUP in subjects):
+            tasks.append(Task.of(name, GROUP))
+    return tasks
 
 
 def _unpadded(name: str) -> str:
@@ -93,13 +122,61 @@ def check_stage(name: str) -> None:
         raise ConfigError(f"unknown stage {name!r}{hint}", cure=f"stages: {', '.join(stages.NAMES)}")
 
 
-def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, dict[Task, tuple[str, ...]]]:
+def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, Needs]:
     """Return every task that the wanted ones stand on, with its needs, in an order that respects them."""
-    found: dict[Task, dict[Task, tuple[str, ...]]] = {}
+    graph: dict[Task, Needs] = {}
     todo = list(wanted)
     while todo:
         task = todo.pop()
-        if task not in found:
-            found[task] = needs(settings, task)
-            todo += found[task]
-    return {task: found[task] for task in sorted(found)}
+        if task not in graph:
+            graph[task] = needs(settings, task)
+            todo += graph[task]
+    return {task: graph[task] for task in sorted(graph)}
+
+
+def pictures(settings: Settings, graph: Graph, *, joint: bool) -> dict[Task, Needs]:
+    """Return the drawings that a graph of numbers allows, with their needs.
+
+    Args:
+        settings: The configuration.
+        graph: Tasks that compute numbers.
+        joint: Whether those that join stages are wanted, too.
+    """
+    graph_of: dict[Task, Needs] = {}
+    for name in drawings.NAMES if joint else drawings.STAGES:
+        drawn = drawings.load(name)
+        if drawn.subject:
+            for task in graph:
+                if task.name == name and task.unit != GROUP and not _is_part(settings, task):
+                    _allow(graph_of, Task.drawing(name, task.unit), drawn.subject, settings, graph)
+        if drawn.group:
+            _allow(graph_of, Task.drawing(name, GROUP), drawn.group, settings, graph)
+    return graph_of
+
+
+def _allow(found: dict[Task, Needs], task: Task, drawing: Drawing, settings: Settings, graph: Graph) -> None:
+    wanted = _resolved(settings, drawing.reads, task.unit)
+    here = {source: need for source, need in wanted.items() if source in graph}
+    if here and all(source in graph for source, need in wanted.items() if need.required):
+        found[task] = here
+
+
+def _is_part(settings: Settings, task: Task) -> bool:
+    stage = stages.load(task.name)
+    return stage.parts is not None and task.unit in stage.parts.units(settings.sections[task.name])
+
+
+def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
+    units = {
+        Of.OWN: (unit,),
+        Of.GROUP: (GROUP,),
+        Of.INCLUDED: settings.included,
+        Of.EVERYONE: settings.study.subjects,
+    }
+    found: dict[Task, Need] = {}
+    for read in reads:
+        for one in units[read.of]:
+            task = Task.of(read.stage, one)
+            before = found.get(task, Need((), False))
+            found[task] = Need((*before.files, *read.files), before.required or read.required)
+    return found

@@ -9,24 +9,25 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import stages
+from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.store import Record, Store, explain_os_error
-from hrcneuro.contract import Inputs
+from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError, StageError
+from hrcneuro.pipeline.graph import Task
+from hrcneuro.pipeline.item import State
 
 
 @dataclass(frozen=True)
 class Job:
     """Everything that a worker needs; it travels between processes."""
 
-    stage: str
-    unit: str
+    task: Task
     key: str
     parts: Mapping[str, Any]
     config: Any
@@ -38,9 +39,9 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job."""
+    """What became of a job: it was hit, has run or failed."""
 
-    state: str  # hit, ran or failed
+    state: State
     record: Record | None = None
     seconds: float = 0.0
     error: HrcError | None = None
@@ -50,32 +51,32 @@ class Outcome:
 def execute(job: Job) -> Outcome:
     """Compute a job unless another process has just done so, and publish its entry."""
     start = time.perf_counter()
-    store = Store(job.root)
+    store, place = Store(job.root), (job.task.name, job.task.unit, job.key)
     try:
-        with store.lock(job.stage, job.unit, job.key):
-            done = None if job.force else store.lookup(job.stage, job.unit, job.key)
+        with store.lock(*place):
+            done = None if job.force else store.lookup(*place)
             if done is not None:
-                return Outcome("hit", done)
+                return Outcome(State.HIT, done)
             record = _compute(job, store, start)
-        return Outcome("ran", record, time.perf_counter() - start)
+        return Outcome(State.RAN, record, time.perf_counter() - start)
     except HrcError as error:
-        return Outcome("failed", None, time.perf_counter() - start, error, traceback.format_exc())
+        return Outcome(State.FAILED, None, time.perf_counter() - start, error, traceback.format_exc())
     except Exception as error:
-        return Outcome("failed", None, time.perf_counter() - start, _unexpected(job, error), traceback.format_exc())
+        return Outcome(State.FAILED, None, time.perf_counter() - start, _unexpected(job, error), traceback.format_exc())
 
 
 def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
-    stage = stages.load(job.stage)
-    run = stage.run_group if job.unit == "group" else getattr(stage, "run_part", None) or stage.run
-    with store.workspace(job.stage, job.unit, job.key) as work, warnings.catch_warnings(record=True) as caught:
+    place = (job.task.name, job.task.unit, job.key)
+    call, libraries = _work(job.task)
+    with store.workspace(*place) as work, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
         # What libraries print goes to standard error: on standard output it would spoil --json.
         with threadpool_limits(1), contextlib.redirect_stdout(sys.stderr):
             try:
-                summary = run(job.config, job.inputs, work)
+                summary = call(job.config, job.inputs, work) or {}
             except OSError as error:
                 raise _disk(error, job) from error
         provenance = {
@@ -84,11 +85,24 @@ def _compute(job: Job, store: Store, start: float) -> Record:
             "peak_rss_mb": _peak_rss_mb(),
             "platform": f"{platform.system()} {platform.machine()}",
             "blas_threads": 1,
-            "versions": {name: fingerprint.version(name) for name in stage.LIBS},
+            "versions": {name: fingerprint.version(name) for name in libraries},
             "warnings": sorted({f"{w.category.__name__}: {w.message}" for w in caught}),
         }
-        record = Record(job.stage, job.unit, job.key, job.parts, {}, summary, provenance)
+        record = Record(*place, job.parts, {}, summary, provenance)
         return store.publish(record, work)
+
+
+def _work(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
+    """Return what computes or draws a task, and the libraries that it rests on."""
+    if task.draws:
+        drawn = drawings.load(task.subject)
+        drawing = drawn.group if task.unit == GROUP else drawn.subject
+        assert drawing is not None
+        return drawing.draw, drawn.libraries
+    stage = stages.load(task.name)
+    work = stage.group if task.unit == GROUP else stage.parts or stage.subject
+    assert work is not None
+    return work.run, stage.libraries
 
 
 def _disk(error: OSError, job: Job) -> Exception:
@@ -99,9 +113,9 @@ def _disk(error: OSError, job: Job) -> Exception:
 
 def _unexpected(job: Job, error: Exception) -> StageError:
     if isinstance(error, MemoryError):
-        return StageError(f"{job.stage} of {job.unit} ran out of memory", cure="use fewer workers: -j 1")
+        return StageError(f"{job.task} ran out of memory", cure="use fewer workers: -j 1")
     return StageError(
-        f"{job.stage} of {job.unit} failed unexpectedly: {type(error).__name__}: {error}",
+        f"{job.task} failed unexpectedly: {type(error).__name__}: {error}",
         cure="run it again with --debug for the traceback; if the input is sound, please report it as a bug",
     )
 

@@ -22,6 +22,7 @@ from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import params
 from hrcneuro.errors import HrcError
+from hrcneuro.pipeline.item import Item, State
 
 KEEP = 50
 _ABSOLUTE = re.compile(r"(?<![\w.~/])~?/(?:[^\s/'\"]+/)+")
@@ -43,15 +44,15 @@ class RunLog:
             self._file.write(_ABSOLUTE.sub("…/", json.dumps(line, ensure_ascii=False)) + "\n")
             self._file.flush()
 
-    def item(self, item: Any) -> None:
+    def item(self, item: Item) -> None:
         """Log what became of an item."""
         error = {"error": {"problem": item.error.problem, "cure": item.error.cure}} if item.error else {}
-        seconds = {"seconds": item.seconds} if item.state == "ran" else {}
+        seconds = {"seconds": item.seconds} if item.state is State.RAN else {}
         self.write(
             "item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **seconds, **error
         )
 
-    def end(self, items: Iterable[Any], code: int) -> None:
+    def end(self, items: Iterable[Item], code: int) -> None:
         """Log how a run that came to its end ended."""
         states = Counter(item.state for item in items)
         self.write("end", outcome="ok" if code == 0 else "failed", exit_code=code, states=states)

@@ -1,250 +1,248 @@
-"""The walk over the stage graph: what must run and why, and the order in which it runs."""
+"""The walk over the graph: what must run and why, and the order in which it runs."""
 
 from __future__ import annotations
 
 import concurrent.futures as futures
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from fnmatch import fnmatch
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import stages
-from hrcneuro.cache import fingerprint, why
+from hrcneuro.cache import why
 from hrcneuro.cache.store import Record
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import Inputs, params
-from hrcneuro.errors import DataError, HrcError
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import HrcError
 from hrcneuro.pipeline.executors import Executor, outcome
-from hrcneuro.pipeline.graph import Task, closure
+from hrcneuro.pipeline.graph import Graph, Need, Needs, Task
+from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.job import Job, Outcome, execute
+from hrcneuro.pipeline.keys import Keys
 from hrcneuro.pipeline.workdir import Workdir
-
-PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass
-class Item:
-    """What became of a task: the row that commands print."""
+class Node:
+    """A task in the walk.
 
-    stage: str
-    unit: str
-    key: str = ""
-    state: str = ""
-    why: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-    artifacts: dict[str, str] = field(default_factory=dict)
-    summary: Mapping[str, Any] = field(default_factory=dict)
-    error: HrcError | None = None
-    trace: str = ""
+    Attributes:
+        task: The task.
+        needs: What it may read of others.
+        item: Its row.
+        parts: Of its key, once what it stands on is settled.
+        record: Of its entry, once there is one.
+        fault: Why its entry, which looked sound, is done again.
+    """
+
+    task: Task
+    needs: Needs
+    item: Item
+    parts: Mapping[str, Any] | None = None
+    record: Record | None = None
+    fault: str = ""
+
+    @classmethod
+    def of(cls, task: Task, needs: Needs) -> Node:
+        """Return the node of a task that nothing is known of yet."""
+        return cls(task, needs, Item(task.name, task.unit, task.draws))
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing more will happen to the task."""
+        return self.item.state.settled
 
 
 class Run:
-    """One walk over the graph: plan each task when its inputs are known, then run it or take it from the cache."""
+    """One walk over a graph: plan each task when its inputs are known, then run it or take it from the cache."""
 
-    def __init__(self, settings: Settings, workdir: Workdir, *, verify: bool = False) -> None:
+    def __init__(self, settings: Settings, workdir: Workdir, graph: Graph, *, verify: bool = False) -> None:
         self.settings = settings
         self.workdir = workdir
         self.verify = verify
-        self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
-        self.items: dict[Task, Item] = {}
-        self.records: dict[Task, Record] = {}
-        self.parts: dict[Task, dict[str, Any]] = {}
-        self._static: dict[str, dict[str, Any]] = {}
-        self._faults: dict[Task, str] = {}  # of entries that are redone since they were found altered
+        self.keys = Keys(settings, workdir)
+        self.nodes = {task: Node.of(task, needs) for task, needs in graph.items()}
 
-    def plan(self, wanted: Iterable[Task], *, force: bool = False) -> list[Item]:
+    @property
+    def items(self) -> list[Item]:
+        """The rows of all tasks."""
+        return [node.item for node in self.nodes.values()]
+
+    def plan(self, forced: Iterable[Task] = ()) -> list[Item]:
         """Return what would happen, without running, writing or locking anything."""
-        wanted = list(wanted)
-        for task, upstream in closure(self.settings, wanted).items():
-            item = self._prepare(task, upstream, force=force and task in wanted, dry=True)
-            if not item.state:
-                item.state = "would-run"
-        return list(self.items.values())
+        forced = set(forced)
+        for node in self.nodes.values():
+            self._foresee(node, force=node.task in forced)
+        return self.items
 
     def run(
         self,
-        wanted: Iterable[Task],
         executor: Executor,
         *,
-        force: bool = False,
+        forced: Iterable[Task] = (),
+        pictures_only: bool = False,
         provenance: Callable[[], Mapping[str, Any]] = dict,
-        report: Callable[[Task, Item], None] = lambda task, item: None,
+        report: Callable[[Item], None] = lambda item: None,
     ) -> list[Item]:
-        """Bring the wanted tasks up to date; a failure blocks only what stands on it. Return every item."""
-        wanted = list(wanted)
-        graph = closure(self.settings, wanted)
-        waiting = dict(graph)
-        running: dict[futures.Future, Task] = {}
+        """Bring the tasks up to date; a failure blocks only what stands on it. Return every item.
+
+        Args:
+            executor: Where jobs run.
+            forced: Tasks that run even if they are up to date.
+            pictures_only: Draw what can be drawn of the numbers that are up to date; compute none.
+            provenance: What is kept with every result of where it comes from.
+            report: Is told of every change of an item.
+        """
+        forced = set(forced)
+        waiting = dict(self.nodes)
+        running: dict[futures.Future, Node] = {}
         self.workdir.cache.sweep()
         try:
             while waiting or running:
-                for task in [t for t, upstream in waiting.items() if all(self._settled(u) for u in upstream)]:
-                    if not all(self._settled(u) for u in graph[task]):
-                        continue  # one of them has just been found altered
-                    item = self._prepare(task, waiting.pop(task), force=force and task in wanted)
-                    if not item.state and (again := self._again(task, graph, running.values())):
-                        waiting |= {one: graph[one] for one in again}
+                for node in [n for n in waiting.values() if self._ready(n)]:
+                    if not self._ready(node):
+                        continue  # one that it stands on has just been found altered
+                    del waiting[node.task]
+                    if pictures_only and not node.task.draws:
+                        self._foresee(node)
                         continue
-                    item.state = item.state or "running"
-                    report(task, item)
-                    if item.state == "running":
-                        job = self._job(task, graph[task], force and task in wanted, provenance())
-                        running[executor.submit(execute, job)] = task
-                        if any(future.done() for future in running):
-                            break
+                    self._prepare(node, force=node.task in forced)
+                    if not node.settled and (again := self._again(node, running.values())):
+                        waiting |= {one.task: one for one in again}
+                        continue
+                    if not node.settled:
+                        node.item.state = State.RUNNING
+                        running[executor.submit(execute, self._job(node, node.task in forced, provenance()))] = node
+                    report(node.item)
+                    if any(future.done() for future in running):
+                        break
                 for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done if running else ():
-                    task = running.pop(future)
-                    self._finish(task, outcome(future, f"{task.stage} of {task.unit}"))
-                    report(task, self.items[task])
+                    node = running.pop(future)
+                    self._finish(node, outcome(future, str(node.task)))
+                    report(node.item)
         finally:
-            self.memo.save()
-        return [self.items[task] for task in graph]
+            self.keys.memo.save()
+        return self.items
 
-    def _settled(self, task: Task) -> bool:
-        return task in self.items and self.items[task].state not in ("", "running")
+    def _foresee(self, node: Node, *, force: bool = False) -> None:
+        """Decide what would happen to a task, and settle it so."""
+        self._prepare(node, force=force, dry=True)
+        if not node.settled:
+            node.item.state = State.WOULD_RUN
 
-    def _prepare(self, task: Task, upstream: Mapping[Task, tuple[str, ...]], *, force: bool, dry: bool = False) -> Item:
-        """Decide a task whose upstream is settled; the state stays empty where it must run."""
-        item = self.items[task] = Item(task.stage, task.unit)
-        bad = [u for u in upstream if self.items[u].state in ("failed", "blocked")]
+    def _ready(self, node: Node) -> bool:
+        return all(self.nodes[task].settled for task in node.needs)
+
+    def _sources(self, node: Node) -> list[tuple[Node, Need]]:
+        """Return what a task reads of: all that it stands on, without what it can do without and is not there."""
+        found = [(self.nodes[task], need) for task, need in node.needs.items()]
+        return [(source, need) for source, need in found if need.required or source.item.state.done]
+
+    def _prepare(self, node: Node, *, force: bool, dry: bool = False) -> None:
+        """Decide a task whose upstream is settled; it stays waiting where it must run."""
+        item, sources = node.item, self._sources(node)
+        bad = [source.task for source, _ in sources if source.item.state in (State.FAILED, State.BLOCKED)]
+        coming = [source.task for source, _ in sources if source.item.state is State.WOULD_RUN]
         if bad:
-            item.state, item.why = "blocked", [f"inputs: {u.stage} of {u.unit} failed" for u in bad]
-            return item
-        coming = [u for u in upstream if self.items[u].state == "would-run"]
-        if coming:
-            item.why = [f"inputs: {u.stage} of {u.unit} would run" for u in coming]
-            return item
+            item.state, item.why = State.BLOCKED, [f"inputs: {task} failed" for task in bad]
+            return
+        if coming or (node.needs and not sources):
+            item.state, item.why = State.WOULD_RUN, [f"inputs: {task} would run" for task in coming or node.needs]
+            return
         try:
-            parts = self.parts[task] = self._parts(task, upstream)
-            item.key = fingerprint.key(parts)
-            record = None if force else self._lookup(task, item, dry=dry)
+            node.parts = self.keys.parts(node.task, self._records(node))
+            item.key = self.keys.key(node.parts)
+            record = None if force else self._lookup(node, dry=dry)
+            if record is not None:
+                item.state = State.HIT
+                self._accept(node, record, dry=dry)
+                return
         except HrcError as error:
-            item.state, item.error, item.why = "failed", error, [error.problem]
-            return item
-        if record is not None:
-            item.state = "hit"
-            self._accept(task, record, dry=dry)
-        elif task in self._faults:
-            item.why = [self._faults[task]]
+            item.fail(error)
+            return
+        if node.fault:
+            item.why = [node.fault]
         elif not item.why:
-            last = self.workdir.last(task.stage, task.unit)
-            item.why = ["forced"] if force else why.causes(task.stage, last, parts) or ["entry gone from the cache"]
-        return item
+            last = self.workdir.last(node.task.name, node.task.unit)
+            causes = why.causes(node.task.name, last, node.parts)
+            item.why = ["forced"] if force else causes or ["entry gone from the cache"]
 
-    def _lookup(self, task: Task, item: Item, *, dry: bool) -> Record | None:
-        cache = self.workdir.cache
-        record = cache.lookup(task.stage, task.unit, item.key, verify=self.verify)
-        if record is None and (flaw := cache.diagnose(task.stage, task.unit, item.key, verify=self.verify)):
-            item.why = [f"corrupt: {flaw}"]
+    def _lookup(self, node: Node, *, dry: bool) -> Record | None:
+        cache, place = self.workdir.cache, (node.task.name, node.task.unit, node.item.key)
+        record = cache.lookup(*place, verify=self.verify)
+        if record is None and (flaw := cache.diagnose(*place, verify=self.verify)):
+            node.item.why = [f"corrupt: {flaw}"]
             if not dry:
-                cache.quarantine(task.stage, task.unit, item.key)
+                cache.quarantine(*place)
         return record
 
-    def _again(
-        self, task: Task, graph: Mapping[Task, Mapping[Task, tuple[str, ...]]], running: Iterable[Task]
-    ) -> list[Task]:
+    def _again(self, node: Node, running: Iterable[Node]) -> list[Node]:
         """Return what must wait anew, as a file that the task is about to read is no longer what was written.
 
         Its size was right, or its entry would be no hit; a content that changed must not go into what stands on it. The
         entry is done again, but not taken away from a task that reads another of its files just now.
         """
-        item = self.items[task]
         try:
-            altered = self._altered(graph[task])
-            if any(source in graph[other] for other in running for source in altered):
-                return [task]
+            altered = self._altered(node)
+            if any(source.task in other.needs for other in running for source in altered):
+                return [node]
             for source in altered:
-                self.workdir.cache.quarantine(source.stage, source.unit, self.items[source].key)
+                self.workdir.cache.quarantine(source.task.name, source.task.unit, source.item.key)
         except HrcError as error:
-            item.state, item.error, item.why = "failed", error, [error.problem]
+            node.item.fail(error)
             return []
         for source in altered:
-            del self.items[source]
-        self._faults |= altered
-        return [task, *altered] if altered else []
+            source.item = Item(source.task.name, source.task.unit, source.task.draws)
+        return [node, *altered] if altered else []
 
-    def _altered(self, upstream: Mapping[Task, tuple[str, ...]]) -> dict[Task, str]:
-        altered = {}
-        for source, files in self._files(upstream).items():
-            outputs = self.records[source].outputs
-            for name, path in files.items() if self.items[source].state == "hit" else ():
-                if self._content(path) != outputs[name]["sha256"]:
-                    altered[source] = f"corrupt: the content of {name} has changed"
+    def _altered(self, node: Node) -> list[Node]:
+        altered = []
+        for source, need in self._sources(node):
+            record = source.record
+            if record is None or source.item.state is not State.HIT:
+                continue
+            for name in self.keys.matching(record, need):
+                if self.keys.content(self._folder(record) / name) != record.outputs[name]["sha256"]:
+                    source.fault = f"corrupt: the content of {name} has changed"
+                    altered.append(source)
+                    break
         return altered
 
-    def _parts(self, task: Task, upstream: Mapping[Task, tuple[str, ...]]) -> dict[str, Any]:
-        """Return the named parts of a task's key."""
-        inputs = {
-            f"{source.stage}/{source.unit}/{name}": self.records[source].outputs[name]["sha256"]
-            for source, files in self._files(upstream).items()
-            for name in files
-        }
-        parts = {"stage": task.stage, "unit": task.unit, "inputs": inputs, **self._stage_parts(task.stage)}
-        stage = stages.load(task.stage)
-        if hasattr(stage, "sources"):
-            files = stage.sources(self.settings.sections[task.stage], task.unit)
-            parts["sources"] = {label: self._content(path) for label, path in sorted(files.items())}
-        return parts
+    def _records(self, node: Node) -> list[tuple[Record, Need]]:
+        return [(source.record, need) for source, need in self._sources(node) if source.record is not None]
 
-    def _content(self, path: Path) -> str:
-        try:
-            return self.memo.get("bytes", path, fingerprint.file_digest)
-        except OSError as error:
-            raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the file and its rights") from error
-
-    def _stage_parts(self, name: str) -> dict[str, Any]:
-        if name not in self._static:
-            stage = stages.load(name)
-            self._static[name] = {
-                "params": params(self.settings.sections[name]),
-                "code": fingerprint.code(f"hrcneuro.stages.{name}", PACKAGE, self.memo),
-                "libs": fingerprint.libraries(stage.LIBS),
-            }
-        return self._static[name]
-
-    def _job(
-        self, task: Task, upstream: Mapping[Task, tuple[str, ...]], force: bool, provenance: Mapping[str, Any]
-    ) -> Job:
+    def _job(self, node: Node, force: bool, provenance: Mapping[str, Any]) -> Job:
         files: dict[str, dict[str, dict[str, Path]]] = {}
-        for source, found in self._files(upstream).items():
-            files.setdefault(source.stage, {})[source.unit] = found
+        for record, need in self._records(node):
+            folder = self._folder(record)
+            names = self.keys.matching(record, need)
+            files.setdefault(record.stage, {})[record.unit] = {name: folder / name for name in names}
         return Job(
-            stage=task.stage,
-            unit=task.unit,
-            key=self.items[task].key,
-            parts=self.parts[task],
-            config=self.settings.sections[task.stage],
-            inputs=Inputs(task.unit, files),
+            task=node.task,
+            key=node.item.key,
+            parts=node.parts or {},
+            config=self.keys.config(node.task),
+            inputs=Inputs(node.task.unit, files),
             root=self.workdir.cache.root,
             provenance=provenance,
             force=force,
         )
 
-    def _files(self, upstream: Mapping[Task, tuple[str, ...]]) -> dict[Task, dict[str, Path]]:
-        """Return the files, by name, that a task reads of each that it stands on."""
-        found = {}
-        for source, patterns in upstream.items():
-            folder = self.workdir.cache.folder(source.stage, source.unit, self.items[source].key)
-            names = self.records[source].outputs
-            found[source] = {n: folder / n for n in names if any(fnmatch(n, pattern) for pattern in patterns)}
-        return found
+    def _folder(self, record: Record) -> Path:
+        return self.workdir.cache.folder(record.stage, record.unit, record.key)
 
-    def _finish(self, task: Task, outcome: Outcome) -> None:
-        item = self.items[task]
+    def _finish(self, node: Node, outcome: Outcome) -> None:
+        item = node.item
         item.state, item.seconds = outcome.state, round(outcome.seconds, 3)
         item.error, item.trace = outcome.error, outcome.trace
         if outcome.record is not None:
-            self._accept(task, outcome.record)
+            try:
+                self._accept(node, outcome.record)
+            except HrcError as error:
+                item.fail(error)
 
-    def _accept(self, task: Task, record: Record, *, dry: bool = False) -> None:
-        item = self.items[task]
-        folder = self.workdir.cache.folder(record.stage, record.unit, record.key)
-        self.records[task] = record
-        item.summary = record.summary
-        item.artifacts = {name: str(folder / name) for name in record.outputs}
-        try:
-            if not dry:
-                self.workdir.point(record)
-        except HrcError as error:
-            item.state, item.error = "failed", error
+    def _accept(self, node: Node, record: Record, *, dry: bool = False) -> None:
+        node.record, folder = record, self._folder(record)
+        node.item.summary = record.summary
+        node.item.artifacts = {name: str(folder / name) for name in record.outputs}
+        if not dry:
+            self.workdir.point(record)

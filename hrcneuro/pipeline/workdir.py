@@ -9,7 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro.cache.store import Record, Store, guarded, read_record
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import DataError
+
+# Of the name under which pictures are kept: those of the stage erp lie under erp.figures.
+FIGURES = ".figures"
 
 
 class Workdir:
@@ -65,26 +69,34 @@ class Workdir:
         return found
 
     def artifact(self, stage: str, unit: str, name: str = "") -> Path:
-        """Return where a unit's entry, or one file of it, lies.
+        """Return where a unit's entry, or one file or picture of it, lies.
 
         Raises:
             DataError: The unit has not run, its entry is gone, or it has no such file.
         """
+        folder, names = self._entry(stage, unit)
+        if not name:
+            return folder
+        if name not in names and self.pointer(stage + FIGURES, unit):
+            pictures, drawn = self._entry(stage + FIGURES, unit)
+            if name in drawn:
+                return pictures / name
+            names = [*names, *drawn]
+        if name not in names:
+            raise DataError(f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(names))}")
+        return folder / name
+
+    def _entry(self, stage: str, unit: str) -> tuple[Path, list[str]]:
+        """Return the folder of the entry that the pointer names, and the names of its files."""
         key = self.pointer(stage, unit)
-        cure = f"hrcneuro {stage}{'' if unit == 'group' else f' {unit}'}"
+        cure = f"hrcneuro {stage.removesuffix(FIGURES)}{'' if unit == GROUP else f' {unit}'}"
         if not key:
             raise DataError(f"{stage} of {unit} has not run in {self.folder}", cure=cure)
         folder = self.cache.folder(stage, unit, key)
         record = read_record(folder)
         if record is None:
             raise DataError(f"the entry of {stage} of {unit} is gone from the cache", cure=cure)
-        if not name:
-            return folder
-        if name not in record.outputs:
-            raise DataError(
-                f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(record.outputs))}"
-            )
-        return folder / name
+        return folder, list(record.outputs)
 
     def _pointer_path(self, stage: str, unit: str) -> Path:
         return self.results / unit / f"{stage}.json"

@@ -31,7 +31,7 @@ def changed(settings: Any) -> list[tuple[str, str, str]]:
     found = _changed("study", params(type(settings.study)()), params(settings.study))
     found += _changed("", params(type(settings.shared)()), params(settings.shared))
     for name in stages.NAMES:
-        section, default = settings.sections[name], stages.load(name).Config()
+        section, default = settings.sections[name], stages.load(name).config()
         # The shared tables stand in several sections.
         shared = {f.name for f in dataclasses.fields(default) if f.metadata.get("shared")}
         ours, theirs = ({k: v for k, v in params(c).items() if k not in shared} for c in (section, default))

@@ -9,7 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import stages
+from hrcneuro import drawings
+from hrcneuro.contract import GROUP
+from hrcneuro.pipeline.workdir import FIGURES
 from hrcneuro.report import maps
 
 
@@ -33,7 +35,8 @@ class Results:
         self.memo = memo or Memo(Path(".memo.json"))
         self.items = items
         self._maps: dict[str, dict[tuple[str, str], maps.Tested]] = {}
-        self.done = {(i.stage, i.unit): i for i in items if i.state in ("hit", "ran")}
+        self.done = {(i.stage, i.unit): i for i in items if i.state.done and not i.draws}
+        self.drawn = [i for i in items if i.state.done and i.draws]
 
     def units(self, stage: str) -> list[str]:
         """Return the subjects for which a stage has run."""
@@ -84,18 +87,18 @@ class Results:
             path = path.parent
         return json.loads((path / "record.json").read_text(encoding="utf-8"))
 
-    def figures(self, stage: str) -> list[Figure]:
-        """Return the pictures of a stage, the group's first."""
-        captions: Mapping[str, str] = getattr(stages.load(stage), "FIGURES", {})
+    def figures(self, name: str) -> list[Figure]:
+        """Return the pictures of a stage, or of several that they join, the group's first."""
+        if name not in drawings.NAMES:
+            return []
+        drawn = drawings.load(name)
         found = []
-        for unit in ["group", *self.units(stage)]:
-            item = self.done.get((stage, unit))
-            order = list(captions)
-            names = [name for name in (item.artifacts if item else ()) if name.endswith(".png")]
-            for name in sorted(names, key=lambda n: (order.index(n) if n in order else len(order), n)):
-                if item:
-                    path = item.artifacts[name]
-                    found.append(Figure(stage, unit, Path(path), captions.get(name, name)))
+        for item in sorted(self.drawn, key=lambda i: (i.unit != GROUP, i.unit)):
+            drawing = drawn.group if item.unit == GROUP else drawn.subject
+            if item.stage == name + FIGURES and drawing:
+                captions = drawing.captions
+                found += [Figure(name, item.unit, Path(item.artifacts[n]), captions[n]) for n in captions
+                          if n in item.artifacts]  # fmt: skip
         return found
 
     @property

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import importlib
-from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hrcneuro.contract import Stage
 
 NAMES = ("acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot")
 
 
-def load(name: str) -> ModuleType:
-    """Return the module of a stage."""
-    return importlib.import_module(f"hrcneuro.stages.{name}")
+def load(name: str) -> Stage:
+    """Return a stage."""
+    stage: Stage = importlib.import_module(f"hrcneuro.stages.{name}").STAGE
+    return stage

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Stage, Work, option
 from hrcneuro.sources import layout
 from hrcneuro.sources.options import Eeg, Session, Timing
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.sources.recording import Recording
 
-LIBS = ("numpy", "scipy", "pandas", "mne", "pymatreader")
-INPUTS: Patterns = {}
 _MASTOIDS = "mean of TP9 and TP10 (mastoids)"
 
 # Options of recordings that are made. Any other one is for recordings that are read, from the sources named here or
@@ -41,7 +39,9 @@ class Config:
         "dataset: the authors' repository; file: any recording; semisynthetic: real log, synthetic EEG; synthetic",
         choices=("dataset", "file", "semisynthetic", "synthetic"),
     )
-    path: str = option("", "data folder (dataset, semisynthetic), or recording with {subject} in it", location=True)
+    path: str = option(
+        "", "data folder (dataset, semisynthetic), or recording with {subject} in it", path=True, keyed=False
+    )
     sfreq: float = option(1000.0, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000)
     seed: int = option(2023, "seed of everything simulated; each subject draws its own from it", low=0)
     contaminated: tuple[str, ...] = option(("s07",), "synthetic subjects whose recording is full of jolts")
@@ -257,3 +257,13 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
         "without_position": lost,
         "notes": signals.notes,
     }
+
+
+STAGE = Stage(
+    name="acquire",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "mne", "pymatreader"),
+    check=check,
+    subject=Work(run),
+    sources=sources,
+)

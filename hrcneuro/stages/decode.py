@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.analyses.contrasts import read_trials
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, PROBLEMS
@@ -18,10 +18,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.decoding.problem import Trials
 
-LIBS = ("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann", "matplotlib")
-
-INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
-GROUP_INPUTS: Patterns = {"decode": ("scores.parquet",)}
 
 FIGURES = {
     "decoding.png": "Balanced accuracy of every subject with its 95 % interval, the group's mean and the published one"
@@ -163,3 +159,13 @@ def _trials(rows: pd.DataFrame, labels: np.ndarray) -> Trials:
     blocks = rows["block"] if "block" in rows and rows["block"].notna().all() else None
     cues = {cue: rows[cue].to_numpy(dtype=bool) for cue in CUES if cue in rows and rows[cue].notna().all()}
     return Trials(labels, None if blocks is None else pd.factorize(blocks, sort=True)[0], cues)
+
+
+STAGE = Stage(
+    name="decode",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann", "matplotlib"),
+    check=check,
+    subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
+    group=Work(run_group, (Read("decode", ("scores.parquet",), Of.INCLUDED),)),
+)

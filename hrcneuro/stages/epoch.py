@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.analyses import onsets as onsets_of
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Read, Stage, Work, option
 from hrcneuro.errors import DataError
 
 if TYPE_CHECKING:
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from hrcneuro.eeg.epochs import Window
     from hrcneuro.eeg.resample import Ratio
     from hrcneuro.io.tables import Table
-
-LIBS = ("numpy", "mne", "pandas", "pyarrow")
-INPUTS: Patterns = {"preprocess": ("*_clean_raw*.fif", "timing.parquet"), "acquire": ("trials.parquet",)}
 
 
 @dataclass(frozen=True)
@@ -204,3 +201,14 @@ def _summary(
 
 def _listed(reasons: dict[str, int]) -> str:
     return ", ".join(f"{n} {reason}" for reason, n in reasons.items())
+
+
+STAGE = Stage(
+    name="epoch",
+    config=Config,
+    libraries=("numpy", "mne", "pandas", "pyarrow"),
+    check=check,
+    subject=Work(
+        run, (Read("preprocess", ("*_clean_raw*.fif", "timing.parquet")), Read("acquire", ("trials.parquet",)))
+    ),
+)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro.analyses import alike, onsets
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.errors import ConfigError, DataError
 
 if TYPE_CHECKING:
@@ -19,15 +19,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.eeg.selection import Cell, Trials
 
-LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
-
-INPUTS: Patterns = {
-    "epoch": ("*_epo*.fif",),
-    # The onsets without an epoch, for overlap = "regress".
-    "acquire": ("trials.parquet",),
-    "preprocess": ("*_clean_raw*.fif", "timing.parquet"),
-}
-GROUP_INPUTS: Patterns = {"erp": ("*_ave.fif", "averages.parquet"), "preprocess": ("timing.parquet",)}
 
 FIGURES = {
     "erp_subject.png": "One subject's potentials with standard errors over trials; their difference with its "
@@ -258,3 +249,27 @@ def _read_strata(inputs: Inputs, names: list[str]) -> dict[str, dict[tuple[str, 
 def _pair(comment: str) -> tuple[str, str]:
     scenario, _, condition = comment.partition("/")
     return scenario, condition
+
+
+STAGE = Stage(
+    name="erp",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib"),
+    check=check,
+    subject=Work(
+        run,
+        (
+            Read("epoch", ("*_epo*.fif",)),
+            # The onsets without an epoch, for overlap = "regress".
+            Read("acquire", ("trials.parquet",)),
+            Read("preprocess", ("*_clean_raw*.fif", "timing.parquet")),
+        ),
+    ),
+    group=Work(
+        run_group,
+        (
+            Read("erp", ("*_ave.fif", "averages.parquet"), Of.INCLUDED),
+            Read("preprocess", ("timing.parquet",), Of.INCLUDED),
+        ),
+    ),
+)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro.analyses import alike
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import strata as contrast_strata
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -18,10 +18,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.eeg.morlet import Wavelets
 
-LIBS = ("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib")
-
-INPUTS: Patterns = {"epoch": ("*_epo*.fif",)}
-GROUP_INPUTS: Patterns = {"ersp": ("ersp*.parquet", "channels.parquet"), "preprocess": ("timing.parquet",)}
 
 FIGURES = {
     "ersp_subject.png": "One subject's difference of mean magnitudes (of the magnitude itself, over its mean in time, "
@@ -198,3 +194,19 @@ def _adjacency(inputs: Inputs, axes: dict[str, Any]) -> Any:
     table = read_table(inputs.path("ersp", "channels.parquet", unit=inputs.units("ersp")[0])).set_index("channel")
     channels = group_contrasts.channel_adjacency(table.loc[axes["channel"], ["x_m", "y_m", "z_m"]])
     return mne.stats.combine_adjacency(channels, len(axes["frequency_hz"]), len(axes["times"]))
+
+
+STAGE = Stage(
+    name="ersp",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "pyarrow", "mne", "matplotlib"),
+    check=check,
+    subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
+    group=Work(
+        run_group,
+        (
+            Read("ersp", ("ersp*.parquet", "channels.parquet"), Of.INCLUDED),
+            Read("preprocess", ("timing.parquet",), Of.INCLUDED),
+        ),
+    ),
+)

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Read, Stage, Work, option
 from hrcneuro.errors import DataError
 
 if TYPE_CHECKING:
@@ -14,10 +14,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from hrcneuro.eeg.cleaning import Cleaned, Recipe, Signals
-
-LIBS = ("numpy", "scipy", "mne", "pandas", "pyarrow", "matplotlib")
-INPUTS: Patterns = {"acquire": ("*_raw*.fif",)}
-FIGURES = {"quality.png": "Channels: kurtosis and what was interpolated, eye movements removed, amplitude"}
 
 
 @dataclass(frozen=True)
@@ -81,7 +77,6 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from contextlib import ExitStack
 
     from hrcneuro.eeg.cleaning import clean
-    from hrcneuro.figures import quality as quality_figure
     from hrcneuro.io.fif import read_raw, write_raw
     from hrcneuro.tables import quality as files
 
@@ -95,7 +90,6 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             keep.describe(signals, cleaned, _taps(config, raw.info["sfreq"]))
     files.write_quality(cleaned, signals, out)
     files.write_timing(cleaned, n_source, out)
-    quality_figure.draw(cleaned, signals, config.threshold, out / "quality.png")
     write_raw(_clean_raw(raw, cleaned, config), out / f"{inputs.unit}_clean_raw.fif")
     return _summary(raw, signals, cleaned, config)
 
@@ -203,3 +197,12 @@ def _summary(raw: mne.io.BaseRaw, signals: Signals, cleaned: Cleaned, config: Co
         "bad": {name: why for name, why in zip(names, cleaned.reason, strict=True) if why},
         "warnings": list(cleaned.warnings),
     }
+
+
+STAGE = Stage(
+    name="preprocess",
+    config=Config,
+    libraries=("numpy", "scipy", "mne", "pandas", "pyarrow"),
+    check=check,
+    subject=Work(run, (Read("acquire", ("*_raw*.fif",)),)),
+)

@@ -8,7 +8,7 @@ from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option
 from hrcneuro.errors import HardwareError, StageError, StageInterrupted
 from hrcneuro.robot.cell import Cell
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from hrcneuro.robot.session import Done, Pace
     from hrcneuro.robot.workspace import Workspace
 
-LIBS = ("numpy", "scipy", "pandas", "pyarrow", "ruckig", "matplotlib")
-INPUTS: Patterns = {"acquire": ("trials.parquet",)}
 FIGURES = {
     "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
     "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
@@ -44,7 +42,7 @@ class Config:
     )  # fmt: skip
     # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
     host: str = option("", "address of the arm's controller, for backend ur")
-    at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", location=True)
+    at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", keyed=False)
     max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
     markers: str = option(
         "none", "lsl: each motion onset also goes out on the lab streaming layer; not from sim, whose clock is virtual",
@@ -52,7 +50,7 @@ class Config:
     )  # fmt: skip
     recorder_wait_s: float = option(
         0.0, "wait so long for a recorder of the markers before anything moves; 0: do not wait", unit="s", low=0.0,
-        high=3600.0, location=True,
+        high=3600.0, keyed=False,
     )  # fmt: skip
     stim_rate_hz: float | None = option(
         None, "rate of the recording that takes the markers in its stim channel; none: the log's", unit="Hz", low=1.0,
@@ -86,7 +84,8 @@ class Config:
     rescue_folder: str = option(
         "robot-stopped",
         "where records of stopped sessions are kept, by subject and number",
-        location=True,
+        path=True,
+        keyed=False,
     )
     cell: Cell = option(Cell(), "where table, screen and arm stand")
 
@@ -112,9 +111,14 @@ def check(config: Config) -> list[str]:
     return mistakes + _unsafe(config)
 
 
-def one_arm(config: Config) -> bool:
-    """Return whether the arm is there only once: sim and ursim make one for each session."""
-    return config.backend not in ("sim", "ursim")
+def sessions(config: Config) -> Sessions:
+    """Return how many sessions may run at a time: any on a virtual clock, one in real time, one a command on an arm.
+
+    ``sim`` and ``ursim`` make an arm for each session; any other is there only once.
+    """
+    if config.backend == "sim":
+        return Sessions.SIDE_BY_SIDE
+    return Sessions.ONE_AT_A_TIME if config.backend == "ursim" else Sessions.ONE_A_COMMAND
 
 
 def _unsafe(config: Config) -> list[str]:
@@ -291,7 +295,7 @@ def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.E
     from hrcneuro.arms import connect
     from hrcneuro.arms.lock import held
 
-    if one_arm(config):
+    if sessions(config) is Sessions.ONE_A_COMMAND:
         stack.enter_context(held(config.backend, config.host, subject))
     arm, clock = connect(config.backend, host=config.host, driver=config.driver)
     stack.callback(clock.relax)
@@ -311,3 +315,13 @@ def _pace(config: Config) -> Pace:
         longest_gap=config.longest_gap_s,
         in_radius=config.start_next == "in_radius",
     )
+
+
+STAGE = Stage(
+    name="robot",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "pyarrow", "ruckig", "matplotlib"),
+    check=check,
+    subject=Work(run, (Read("acquire", ("trials.parquet",)),)),
+    sessions=sessions,
+)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, Patterns, option
+from hrcneuro.contract import Inputs, Of, Parts, Read, Reads, Stage, Work, option
 from hrcneuro.errors import did_you_mean
 
 if TYPE_CHECKING:
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from hrcneuro.learning.simulations import Curve, Variant
     from hrcneuro.learning.task import Task
 
-LIBS = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib")
-INPUTS: Patterns = {}
-GROUP_INPUTS: Patterns = {}  # of rates = "paper"; see inputs()
 FIGURES = {
     "fig4.png": "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical decoder, "
     "B better and worse decoders, C tasks reassigned, D more subtasks",
@@ -84,15 +81,6 @@ class Config:
     )
     sweep_learner: str = option("paper", "who learns in the sweep", choices=LEARNERS)
     sweep_repetitions: int = option(100, "restarts a cell of the sweep", low=2, high=100_000)
-
-
-def inputs(config: Config) -> Patterns:
-    """Return the files that the group reads; none where the rates are the paper's."""
-    return {
-        "paper": {},
-        "decode": {"decode": ("scores.parquet",)},
-        "replay": {"decode": ("predictions.parquet",)},
-    }[config.rates]
 
 
 def check(config: Config) -> list[str]:
@@ -240,3 +228,20 @@ def _paper_learner(config: Config) -> Make:
     from hrcneuro.learning.learner import PaperLearner
 
     return partial(PaperLearner, alpha=config.alpha, ddof=config.ddof)
+
+
+def _group_reads(config: Config) -> Reads:
+    """Return the files that the group reads; none where the rates are the paper's."""
+    names = {"paper": (), "decode": ("scores.parquet",), "replay": ("predictions.parquet",)}
+    files = names[config.rates]
+    return (Read("decode", files, Of.INCLUDED),) if files else ()
+
+
+STAGE = Stage(
+    name="simulate",
+    config=Config,
+    libraries=("numpy", "scipy", "pandas", "pyarrow", "matplotlib"),
+    check=check,
+    group=Work(run_group, _group_reads),
+    parts=Parts(parts, run_part),
+)

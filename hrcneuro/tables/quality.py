@@ -57,6 +57,13 @@ TIMING = Table(
 )
 
 
+def weights(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Return EOG channel -> the share of it that was subtracted from each channel, of rows of quality.parquet."""
+    return {
+        name.removeprefix(_WEIGHT): table[name].to_numpy(float) for name in table.columns if name.startswith(_WEIGHT)
+    }
+
+
 def write_quality(cleaned: Cleaned, signals: Signals, out: Path) -> None:
     """Write quality.parquet."""
     table = pd.DataFrame(

@@ -77,7 +77,7 @@ def test_every_option_is_documented(generated):
         assert f"```{{options}} {stage}\n```" in page
         assert f"```{{artifacts}} {stage}\n```" in page
         table = generated.options(stage)
-        assert all(f"| `{f.name}" in table for f in dataclasses.fields(stages.load(stage).Config))
+        assert all(f"| `{f.name}" in table for f in dataclasses.fields(stages.load(stage).config))
 
 
 def test_the_decoders_and_what_they_see_are_documented(generated):

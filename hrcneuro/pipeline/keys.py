@@ -1,0 +1,102 @@
+"""What decides a task's key: parameters, files, code and libraries, of a stage or of its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import drawings, stages
+from hrcneuro.cache import fingerprint
+from hrcneuro.cache.store import Record
+from hrcneuro.config.settings import Settings
+from hrcneuro.contract import GROUP, Drawing, chosen, params, plain
+from hrcneuro.errors import DataError
+from hrcneuro.pipeline.graph import Need, Task
+from hrcneuro.pipeline.workdir import Workdir
+
+PACKAGE = Path(__file__).parents[1]
+
+
+class Keys:
+    """Makes the parts of keys, and remembers what it has hashed."""
+
+    def __init__(self, settings: Settings, workdir: Workdir) -> None:
+        self.settings = settings
+        self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
+        self._static: dict[tuple[str, bool], dict[str, Any]] = {}
+
+    def key(self, parts: Mapping[str, Any]) -> str:
+        """Return the key that parts make."""
+        return fingerprint.key(parts)
+
+    def parts(self, task: Task, upstream: Iterable[tuple[Record, Need]]) -> dict[str, Any]:
+        """Return the named parts of a task's key.
+
+        Raises:
+            DataError: A source file is missing or cannot be read.
+        """
+        inputs = {
+            f"{record.stage}/{record.unit}/{name}": record.outputs[name]["sha256"]
+            for record, need in upstream
+            for name in self.matching(record, need)
+        }
+        parts = {"stage": task.name, "unit": task.unit, "inputs": inputs, **self._unchanging(task)}
+        if not task.draws:
+            files = stages.load(task.name).sources(self.settings.sections[task.name], task.unit)
+            if files:
+                parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}
+        return parts
+
+    def config(self, task: Task) -> Any:
+        """Return what a task is handed of the configuration: a stage its section, a drawing the options it names."""
+        if not task.draws:
+            return self.settings.sections[task.name]
+        return chosen(self.settings.sections, drawing_of(task).options)
+
+    def content(self, path: Path) -> str:
+        """Return the digest of a file's content.
+
+        Raises:
+            DataError: It cannot be read.
+        """
+        try:
+            return self.memo.get("bytes", path, fingerprint.file_digest)
+        except OSError as error:
+            raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the file and its rights") from error
+
+    def matching(self, record: Record, need: Need) -> list[str]:
+        """Return the names of an entry's files that are read."""
+        return [name for name in record.outputs if any(fnmatch(name, pattern) for pattern in need.files)]
+
+    def _unchanging(self, task: Task) -> dict[str, Any]:
+        """Return the parts that all subjects of a stage, or of its pictures, share."""
+        place = (task.name, task.draws and task.unit == GROUP)
+        if place not in self._static:
+            self._static[place] = self._of_drawing(task) if task.draws else self._of_stage(task)
+        return self._static[place]
+
+    def _of_stage(self, task: Task) -> dict[str, Any]:
+        return {
+            "params": params(self.settings.sections[task.name]),
+            "code": fingerprint.code(f"hrcneuro.stages.{task.name}", PACKAGE, self.memo),
+            "libs": fingerprint.libraries(stages.load(task.name).libraries),
+        }
+
+    def _of_drawing(self, task: Task) -> dict[str, Any]:
+        drawing = drawing_of(task)
+        config = vars(chosen(self.settings.sections, drawing.options))
+        return {
+            "params": {section: plain(vars(options)) for section, options in config.items()},
+            "code": fingerprint.code(f"hrcneuro.drawings.{task.subject}", PACKAGE, self.memo),
+            "libs": fingerprint.libraries(drawings.load(task.subject).libraries),
+        }
+
+
+def drawing_of(task: Task) -> Drawing:
+    """Return what a task draws."""
+    drawn = drawings.load(task.subject)
+    drawing = drawn.group if task.unit == GROUP else drawn.subject
+    assert drawing is not None
+    return drawing
