@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def causes(stage: str, old: Mapping[str, Any] | None, new: Mapping[str, Any]) -> list[str]:
+def causes(old: Mapping[str, Any] | None, new: Mapping[str, Any], *, prefix: str = "") -> list[str]:
     """Return the differences between the parts of the last key and of the one wanted now.
 
-    ``old`` is None where the unit never ran. Parts are params, inputs, sources, code and libs.
+    ``old`` is None where the unit never ran. Parts are params, inputs, sources, code and libs; ``prefix`` stands before
+    the names of params.
     """
     if old is None:
         return ["never run"]
-    found = [f"params: {line}" for line in _changes(old.get("params", {}), new["params"], f"{stage}.")]
+    found = [f"params: {line}" for line in _changes(old.get("params", {}), new["params"], prefix)]
     found += [f"inputs: {line}" for line in _names(old.get("inputs", {}), new["inputs"])]
     found += [f"sources: {line}" for line in _names(old.get("sources", {}), new.get("sources", {}))]
     found += [f"code: {line}" for line in _names(old.get("code", {}), new["code"])]

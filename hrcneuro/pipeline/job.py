@@ -114,6 +114,11 @@ def _disk(error: OSError, job: Job) -> Exception:
 def _unexpected(job: Job, error: Exception) -> StageError:
     if isinstance(error, MemoryError):
         return StageError(f"{job.task} ran out of memory", cure="use fewer workers: -j 1")
+    if job.task.draws:
+        return StageError(
+            f"the pictures of {job.task.subject}, {job.task.unit}, failed: {type(error).__name__}: {error}",
+            cure="the numbers stand; --debug shows the traceback; please report it as a bug",
+        )
     return StageError(
         f"{job.task} failed unexpectedly: {type(error).__name__}: {error}",
         cure="run it again with --debug for the traceback; if the input is sound, please report it as a bug",

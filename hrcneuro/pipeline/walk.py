@@ -163,7 +163,7 @@ class Run:
             item.why = [node.fault]
         elif not item.why:
             last = self.workdir.last(node.task.name, node.task.unit)
-            causes = why.causes(node.task.name, last, node.parts)
+            causes = why.causes(last, node.parts, prefix="" if node.task.draws else f"{node.task.name}.")
             item.why = ["forced"] if force else causes or ["entry gone from the cache"]
 
     def _lookup(self, node: Node, *, dry: bool) -> Record | None:
