@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hrcneuro.figures.style import COLOURS, GREY, STYLE
-from hrcneuro.report.measured_moves import TRIAL_MS
+from hrcneuro.published import SOA_MS
 from hrcneuro.report.results import Results
 
 
@@ -44,14 +44,14 @@ def _durations(axes: Axes, results: Results) -> None:
     moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
     if moves.empty:
         return
-    for (scenario, (mean, _)), colour in zip(TRIAL_MS.items(), COLOURS, strict=False):
+    for (scenario, printed), colour in zip(SOA_MS.items(), COLOURS, strict=False):
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
             bins = [float(b) for b in range(400, 2000, 25)]
             axes.hist(
                 soa, bins=bins, weights=np.full(len(soa), 1 / len(soa)), histtype="step", color=colour, label=scenario
             )
-            axes.axvline(mean, color=colour, lw=0.8, ls="--")
+            axes.axvline(printed.value.mean, color=colour, lw=0.8, ls="--")
     axes.set_xlim(500, 1500)
     axes.legend(loc="upper right")
 
