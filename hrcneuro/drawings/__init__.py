@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
-STAGES: tuple[str, ...] = ("preprocess",)
+STAGES: tuple[str, ...] = ("preprocess", "robot")
 JOINT: tuple[str, ...] = ()
 NAMES = STAGES + JOINT
 

@@ -8,7 +8,8 @@ SIZE = 7
 INNER = range(1, SIZE - 1)
 """Rows and columns that are not on the border ring."""
 
-Tile = tuple[int, int]
+Tile = tuple[int, int]  # row, column
+CENTRE: Tile = (SIZE // 2, SIZE // 2)
 
 STEPS: dict[str, Tile] = {"N": (-1, 0), "E": (0, 1), "S": (1, 0), "W": (0, -1)}
 OPPOSITE = {"N": "S", "E": "W", "S": "N", "W": "E"}

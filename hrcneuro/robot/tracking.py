@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from math import cos, sin
 
 from hrcneuro.robot.kinematics import A, D
+from hrcneuro.robot.parameters import Tracking
 
 Vector = Sequence[float]
 
@@ -33,19 +34,18 @@ def tip(q: Vector, tool: float) -> tuple[float, float, float]:
 class ResolvedRate:
     """The law for one tool and one constant orientation of it."""
 
-    def __init__(self, *, tool: float, orientation: Sequence[Vector], gain: float = 8.0, damping: float = 0.01) -> None:
+    def __init__(self, tracking: Tracking, *, tool: float, orientation: Sequence[Vector]) -> None:
         """Fix what does not change from cycle to cycle.
 
         Args:
+            tracking: Its gain Kp and its damping λ, in the units of J (metres).
             tool: Length of the tool, metres.
             orientation: The rotation matrix that the tool keeps in ``base``, rows, shape (3, 3).
-            gain: Kp, 1/s.
-            damping: λ, in the units of J (metres).
         """
         self.tool = float(tool)
-        self.gain = float(gain)
+        self.gain = float(tracking.gain)
         self._end = _D6 + float(tool)
-        self._lambda2 = float(damping) ** 2
+        self._lambda2 = float(tracking.damping) ** 2
         self._axes = [[float(row[i]) for row in orientation] for i in range(3)]
 
     def __call__(self, q: Vector, at: Vector, v: Vector) -> tuple[list[float], float, float, float]:
