@@ -57,15 +57,6 @@ DRAWINGS = (
         "one to errors need not. Blue: trained on trials after no error alone, and scored on them; with fewer trials "
         "to learn from, accuracy is lost whatever is decoded. Brown: rules that never look at EEG.",
     ),
-    Drawing(
-        "moves",
-        "robot",
-        "fig_moves",
-        ("acquire", "robot"),
-        "Moves of all subjects",
-        "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: the 2 mm radius); "
-        "arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to motion.",
-    ),
 )
 
 
