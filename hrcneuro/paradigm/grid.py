@@ -76,13 +76,13 @@ def distance(a: Tile, b: Tile) -> int:
 def region(tile: Tile, tiles: Collection[Tile]) -> set[Tile]:
     """Return the tiles that can be reached from ``tile``, one of them, by steps within ``tiles``."""
     todo = set(tiles) - {tile}
-    frontier, found = [tile], {tile}
+    frontier, reached = [tile], {tile}
     while frontier:
         near = todo.intersection(neighbours(frontier.pop()))
         todo -= near
-        found |= near
+        reached |= near
         frontier.extend(near)
-    return found
+    return reached
 
 
 def connected(tiles: Collection[Tile]) -> bool:
