@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     import mne
     import pandas as pd
 
-_GROUP = "group"
 _GROUP_ONLY = ("simulate",)
 
 
@@ -33,7 +33,7 @@ class Study:
     def subjects(self) -> tuple[str, ...]:
         """Subjects of which some stage has run, in the order of their names."""
         ran = self.workdir.keys()
-        return tuple(sorted({unit for stage, unit, _ in ran if unit != _GROUP and stage not in _GROUP_ONLY}))
+        return tuple(sorted({unit for stage, unit, _ in ran if unit != GROUP and stage not in _GROUP_ONLY}))
 
     @property
     def stages(self) -> dict[str, tuple[str, ...]]:

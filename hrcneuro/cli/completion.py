@@ -7,6 +7,8 @@ from typing import Any
 
 import typer
 
+from hrcneuro.contract import GROUP
+
 
 def subjects(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the subjects of the configuration that begin so and are not named yet."""
@@ -16,7 +18,7 @@ def subjects(ctx: typer.Context, incomplete: str) -> list[str]:
 
 def units(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the subjects of the configuration, and ``group``."""
-    return [s for s in (*_configured(ctx), "group") if s.startswith(incomplete)]
+    return [s for s in (*_configured(ctx), GROUP) if s.startswith(incomplete)]
 
 
 def stages(incomplete: str) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import did_you_mean
 
 # The last window of the study's 405 features ends here (paper 2.5.4).
@@ -44,7 +45,7 @@ def _subjects(settings: Any) -> Iterator[str]:
     for subject in sorted({s for s in subjects if subjects.count(s) > 1}):
         yield f"study.subjects names {subject!r} twice"
     for subject in subjects:
-        if subject == "group" or not subject.replace("-", "").replace("_", "").isalnum():
+        if subject == GROUP or not subject.replace("-", "").replace("_", "").isalnum():
             yield f"study.subjects names {subject!r}; allowed: letters, digits, - and _, and not the word group"
 
 

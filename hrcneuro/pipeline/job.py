@@ -69,7 +69,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
     place = (job.task.name, job.task.unit, job.key)
-    call, libraries = _work(job.task)
+    call, libraries = work_of(job.task)
     with store.workspace(*place) as work, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
@@ -92,7 +92,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
         return store.publish(record, work)
 
 
-def _work(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
+def work_of(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
     """Return what computes or draws a task, and the libraries that it rests on."""
     if task.draws:
         drawn = drawings.load(task.subject)

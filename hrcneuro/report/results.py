@@ -40,13 +40,13 @@ class Results:
 
     def units(self, stage: str) -> list[str]:
         """Return the subjects for which a stage has run."""
-        return sorted(unit for name, unit in self.done if name == stage and unit != "group")
+        return sorted(unit for name, unit in self.done if name == stage and unit != GROUP)
 
     def included(self, stage: str) -> list[str]:
         """Return the subjects of a stage that enter the analyses."""
         return [u for u in self.units(stage) if u in self.settings.included]
 
-    def summary(self, stage: str, unit: str = "group") -> Mapping[str, Any]:
+    def summary(self, stage: str, unit: str = GROUP) -> Mapping[str, Any]:
         """Return a unit's summary; empty where it has not run."""
         item = self.done.get((stage, unit))
         return item.summary if item else {}
@@ -72,7 +72,7 @@ class Results:
     def maps(self, stage: str) -> dict[tuple[str, str], maps.Tested]:
         """Return (scenario, contrast) -> the group's tested map of erp or ersp; read once."""
         if stage not in self._maps:
-            self._maps[stage] = maps.read(self.table(stage, "group", f"{stage}_stats.parquet"))
+            self._maps[stage] = maps.read(self.table(stage, GROUP, f"{stage}_stats.parquet"))
         return self._maps[stage]
 
     def record(self, stage: str, unit: str) -> Mapping[str, Any]:

@@ -132,7 +132,7 @@ def test_every_cause_of_staleness_is_named():
         "code": {"eeg.filters": "b", "eeg.new": "a"},
         "libs": {"mne": "1.13"},
     }
-    assert causes("preprocess", old, new) == [
+    assert causes(old, new, prefix="preprocess.") == [
         "params: preprocess.inner.x 1 -> 2",
         "params: preprocess.l_freq 1.0 -> 0.5",
         "inputs: acquire/s01/raw.fif",
@@ -142,5 +142,5 @@ def test_every_cause_of_staleness_is_named():
         "code: eeg.old (gone)",
         "libs: mne 1.12 -> 1.13",
     ]
-    assert causes("preprocess", None, new) == ["never run"]
-    assert causes("preprocess", old, old) == []
+    assert causes(None, new) == ["never run"]
+    assert causes(old, old) == []

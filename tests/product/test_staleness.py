@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tiny_study import ROOT, Copy, artifacts
 
-from hrcneuro import stages
+from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 
 RUN = ("run", "pipeline.toml", "--executor", "serial", "--set", 'study.subjects=["s01"]')
@@ -83,13 +83,57 @@ def test_an_edited_helper_reruns_its_stage_and_an_unchanged_output_stops_there(p
     path = pristine.package / "eeg" / "filters.py"
     path.write_text(path.read_text() + "\n_EDITED = True\n")
     again = pristine.items(*RUN)
-    assert states(again) == {
+    assert {name: state for name, state in states(again).items() if ".figures" not in name} == {
         "acquire s01": "hit",
         "preprocess s01": "ran",
         "epoch s01": "hit",
         "simulate group": "hit",
     }
     assert again["preprocess s01"]["why"] == ["code: hrcneuro.eeg.filters"]
+
+
+def ran(items):
+    """Return the kinds of what did not come from the cache."""
+    return {item["kind"] for item in items.values() if item["state"] != "hit"}
+
+
+def test_an_edited_colour_draws_and_computes_nothing(pristine):
+    pristine.items(*RUN)
+    pristine.edit("figures/style.py", '"#0072B2"', '"#0072B3"')
+    again = pristine.items(*RUN)
+    assert ran(again) == {"pictures"}
+    assert again["preprocess.figures s01"]["why"] == ["code: hrcneuro.figures.style"]
+
+
+def test_another_minor_version_of_matplotlib_draws_and_computes_nothing(copy):
+    copy.items(*RUN)
+    told = copy.package.parent / "matplotlib-9.9.0.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: matplotlib\nVersion: 9.9.0\n")
+    try:
+        assert ran(copy.items(*RUN)) == {"pictures"}
+    finally:
+        (told / "METADATA").unlink()
+        told.rmdir()
+
+
+def test_a_deleted_picture_is_drawn_again_and_nothing_computed(copy):
+    picture = Path(copy.items(*RUN)["preprocess.figures s01"]["artifacts"]["quality.png"])
+    picture.unlink()
+    again = copy.items(*RUN)
+    assert ran(again) == {"pictures"}
+    assert picture.is_file()
+
+
+def test_a_picture_follows_the_artifact_that_it_shows(copy):
+    copy.items(*RUN)
+    again = copy.items(*RUN, "--set", "preprocess.l_freq=0.6")
+    assert again["preprocess.figures s01"]["why"] == ["inputs: preprocess/s01/quality.parquet"]
+
+
+def test_pictures_can_be_left_out(copy):
+    items = copy.items(*RUN, "--no-figures")
+    assert {item["kind"] for item in items.values()} == {"numbers"}
 
 
 def test_a_parameter_changed_and_changed_back_is_a_hit(copy):
@@ -115,33 +159,56 @@ def test_moving_the_cache_or_the_working_folder_keeps_every_hit(copy):
 LOADED = """
 import sys
 from pathlib import Path
-from hrcneuro import stages
-from hrcneuro.config import settings as config
+from hrcneuro.config import settings
 from hrcneuro.contract import Inputs
+from hrcneuro.pipeline import graph, job, keys
 from hrcneuro.pipeline.workdir import Workdir
-name, unit, smoke, out = sys.argv[1:]
-stage = stages.load(name)
-found = config.load(Path("configs/smoke.toml"))
+room, name, unit, smoke, out = sys.argv[1:]
+study = settings.load(Path("configs/smoke.toml"))
 where = Workdir(Path(smoke))
-units = found.included if unit == "group" else [unit]
-patterns = stage.GROUP_INPUTS if unit == "group" else stage.INPUTS
-inputs = Inputs.of(unit, **{up: {u: where.artifact(up, u) for u in units} for up in patterns})
-(stage.run_group if unit == "group" else stage.run)(found.sections[name], inputs, Path(out))
+everything = graph.closure(study, graph.targets(study, study.sections, ()))
+task = (graph.Task.drawing if room == "drawings" else graph.Task.of)(name, unit)
+needs = (everything | graph.pictures(study, everything, joint=True))[task]
+files = {}
+for source in needs:
+    folder = where.artifact(source.name, source.unit)
+    files.setdefault(source.name, {})[source.unit] = {p.name: p for p in folder.iterdir()}
+call, _ = job.work_of(task)
+call(keys.Keys(study, where).config(task), Inputs(unit, files), Path(out))
 print(*sorted(m for m in sys.modules if m.startswith("hrcneuro.")))
 """
 # What the harness around a stage loads by itself, whichever the stage.
-HARNESS = "from hrcneuro import config, stages, workdir, contract; config.load()"
+HARNESS = """
+import sys
+from hrcneuro.config import settings
+from hrcneuro.pipeline import graph, job, keys
+study = settings.load()
+graph.pictures(study, graph.closure(study, graph.targets(study, study.sections, ())), joint=True)
+print(*(m for m in sys.modules if m.startswith("hrcneuro.")))
+"""
+WORK = [("stages", n, "s01" if stages.load(n).subject else "group") for n in stages.NAMES]
+WORK += [
+    ("drawings", name, unit)
+    for name in drawings.NAMES
+    for unit, drawing in (("s01", drawings.load(name).subject), ("group", drawings.load(name).group))
+    if drawing
+]
+
+
+@pytest.mark.parametrize(("room", "name", "unit"), WORK)
+def test_every_module_that_a_task_loads_is_part_of_its_key(smoke, tmp_path, room, name, unit):
+    """The modules of a key are read from the source; what Python really loads is the judge."""
+    hashed = fingerprint.code(f"hrcneuro.{room}.{name}", ROOT / "hrcneuro", fingerprint.Memo(tmp_path / "memo"))
+    loaded = python(LOADED, room, name, unit, smoke, tmp_path)
+    assert f"hrcneuro.{room}.{name}" in loaded
+    assert loaded - python(HARNESS) - set(hashed) == set()
 
 
 @pytest.mark.parametrize("name", stages.NAMES)
-def test_every_module_that_a_stage_loads_is_part_of_its_key(smoke, tmp_path, name):
-    """The modules of a key are read from the source; what Python really loads is the judge."""
-    unit = "s01" if hasattr(stages.load(name), "run") else "group"
+def test_no_picture_is_part_of_the_key_of_numbers(tmp_path, name):
     hashed = fingerprint.code(f"hrcneuro.stages.{name}", ROOT / "hrcneuro", fingerprint.Memo(tmp_path / "memo"))
-    loaded = python(LOADED, name, unit, smoke, tmp_path)
-    harness = python(f"import sys; {HARNESS}; print(*(m for m in sys.modules if m.startswith('hrcneuro.')))")
-    assert f"hrcneuro.stages.{name}" in loaded
-    assert loaded - harness - set(hashed) == set()
+    assert not [m for m in hashed if m.startswith(("hrcneuro.figures", "hrcneuro.drawings", "hrcneuro.report"))]
+    assert "matplotlib" not in stages.load(name).libraries
 
 
 def python(code, *arguments):
