@@ -1,7 +1,6 @@
 """What a session is run with, each value declared once; values only, so that a configuration loads without NumPy.
 
-Every class here is a part of the stage's options: the stage's Config inherits them, and hands itself to what asks for
-one of them.
+The stage's Config inherits these classes, and that of the tracking law, and hands itself to what asks for one of them.
 """
 
 from __future__ import annotations
@@ -39,15 +38,6 @@ class Durations:
         T_F_S, "where the log has onsets only, durations lie within", unit="s", low=0.05, high=5.0
     )
     t_f_default_s: float = option(0.9, "where the log has no times", unit="s", low=0.05, high=5.0)
-
-
-@dataclass(frozen=True)
-class Tracking:
-    """The tracking law (paper § 2.3.2)."""
-
-    gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
-    damping: float = option(0.01, "damping of the tracking law", low=1e-6, high=1.0)
-    lead_s: float | None = option(None, "lead of the feed-forward; none: measured", unit="s", low=0.0, high=0.2)
 
 
 @dataclass(frozen=True)

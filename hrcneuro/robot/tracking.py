@@ -3,16 +3,17 @@
 qd = Jᵀ (J Jᵀ + λ² I)⁻¹ (v_ref(t + lead) + Kp e). Paper § 2.3.2; Wampler, IEEE Trans. Syst. Man Cybern. 1986,
 doi:10.1109/TSMC.1986.289285. All vectors are turned by −q₁ about the base's axis: the law does not notice, the arm
 becomes planar but for its wrist, and most of J Jᵀ's terms vanish. ``kinematics`` is the plain form that tests hold
-against it.
+against it. Importing this loads no NumPy.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import cos, sin
 
-from hrcneuro.robot.kinematics import A, D
-from hrcneuro.robot.parameters import Tracking
+from hrcneuro.contract import option
+from hrcneuro.robot.dh import A, D
 
 Vector = Sequence[float]
 
@@ -29,6 +30,15 @@ def tip(q: Vector, tool: float) -> tuple[float, float, float]:
     py = -_D4 - end * cos(q5)
     pz = _D1 + _A2 * sin(q2) + _A3 * sin(q23) - _D5 * c234 - end * s5 * s234
     return c1 * px - s1 * py, s1 * px + c1 * py, pz
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """What can be set of the law (paper § 2.3.2)."""
+
+    gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
+    damping: float = option(0.01, "damping of the tracking law", low=1e-6, high=1.0)
+    lead_s: float | None = option(None, "lead of the feed-forward; none: measured", unit="s", low=0.0, high=0.2)
 
 
 class ResolvedRate:

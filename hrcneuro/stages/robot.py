@@ -11,7 +11,8 @@ from hrcneuro.arms.connection import Connection
 from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option
 from hrcneuro.errors import ConfigError, DataError, HardwareError, HrcError, StageError, StageInterrupted
 from hrcneuro.robot.cell import Cell
-from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection, Tracking
+from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
+from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt, tau
 
-from hrcneuro.robot.kinematics import A, D
+from hrcneuro.robot.dh import A, D
 from hrcneuro.robot.tracking import ldl6
 
 Vector = Sequence[float]

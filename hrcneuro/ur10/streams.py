@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from math import hypot
 
-from hrcneuro.robot.kinematics import ALPHA, A, D
+from hrcneuro.robot.dh import ALPHA, A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import MAX_ANGLE, MAX_SPEED, ZERO
 from hrcneuro.ur10.controller import PAUSED, PLAYING, PROTECTIVE, RUNNING, Controller
