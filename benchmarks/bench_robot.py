@@ -21,7 +21,7 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.figures.robot import LIMIT, LIMIT_END, LIMIT_SOCKETS
 from hrcneuro.figures.robot import robot as draw
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.robot.cell import GRID, SHORTEST, Cell
+from hrcneuro.robot.cell import SHORTEST, SIZE, Cell
 from hrcneuro.robot.limits import Limits
 from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.measure import measure_moves, timing, tip
@@ -100,9 +100,9 @@ def round_trip(start: Tile) -> list[Tile]:
     """Return tiles along which each of the grid's 84 edges is gone once in either direction (Hierholzer)."""
     left = {
         (r, c): [
-            (r + i, c + j) for i, j in ((0, 1), (1, 0), (0, -1), (-1, 0)) if 0 <= r + i < GRID and 0 <= c + j < GRID
+            (r + i, c + j) for i, j in ((0, 1), (1, 0), (0, -1), (-1, 0)) if 0 <= r + i < SIZE and 0 <= c + j < SIZE
         ]
-        for r, c in np.ndindex(GRID, GRID)
+        for r, c in np.ndindex(SIZE, SIZE)
     }
     stack, way = [start], []
     while stack:
