@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.errors import DataError
+from hrcneuro.eeg.refusals import NotFiniteError
 
 # A channel whose SD after the filter lies below this, in microvolt, carries no signal: its kurtosis would be that of
 # rounding errors.
@@ -32,7 +32,7 @@ def check_finite(data: np.ndarray, names: list[str], sfreq: float) -> None:
     """Refuse samples that are no numbers.
 
     Raises:
-        DataError: Names the first such channel, its first such sample and their share.
+        NotFiniteError: Names the first such channel, its first such sample and their share.
     """
     for name, channel in zip(names, data, strict=True):
         # The sum is finite only if all samples are (or overflow, which is no EEG either): one fast pass.
@@ -40,10 +40,10 @@ def check_finite(data: np.ndarray, names: list[str], sfreq: float) -> None:
             continue
         broken = ~np.isfinite(channel)
         first = int(np.argmax(broken))
-        raise DataError(
+        raise NotFiniteError(
             f"channel {name} has samples that are no finite numbers: {broken.mean():.2%} of them, the first at "
             f"sample {first} ({first / sfreq:.3f} s)",
-            cure=f"repair the recording, or leave the channel out: acquire.drop = [{name!r}]",
+            channel=name,
         )
 
 

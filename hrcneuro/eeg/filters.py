@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hrcneuro.eeg.breaks import segments
-from hrcneuro.errors import ConfigError
+from hrcneuro.eeg.params import TRANSITIONS
+from hrcneuro.eeg.refusals import BandError
 
 # Width of a Hamming window's transition band, in units of the sampling rate divided by the order.
 _HAMMING_WIDTH = 3.3
-TRANSITIONS = ("achieved", "requested")
 _CAUSAL_ORDER = 4
 # Blocks of a few dozen kilosamples stay in the processor's cache; longer transforms only cost time.
 _MIN_BLOCK = 16384
@@ -43,7 +43,7 @@ def design(sfreq: float, l_freq: float, h_freq: float, *, transition: str = "ach
     itself. At 1000 Hz, 1–40 Hz, they are the same. doi:10.1016/j.jneumeth.2014.08.002
 
     Raises:
-        ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+        BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
         ValueError: ``transition`` is neither ``achieved`` nor ``requested``.
     """
     check_band(sfreq, l_freq, h_freq)
@@ -60,13 +60,13 @@ def check_band(sfreq: float, l_freq: float, h_freq: float) -> None:
     """Refuse a pass band that the sampling rate cannot hold.
 
     Raises:
-        ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+        BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
     """
     if not 0 < l_freq < h_freq < sfreq / 2:
-        raise ConfigError(
+        raise BandError(
             f"a pass band of {l_freq:g}–{h_freq:g} Hz does not fit a sampling rate of {sfreq:g} Hz: "
-            f"0 < l_freq < h_freq < {sfreq / 2:g} Hz (Nyquist)",
-            cure=f"set preprocess.l_freq and preprocess.h_freq inside 0–{sfreq / 2:g} Hz",
+            f"0 < lower edge < upper edge < {sfreq / 2:g} Hz (Nyquist)",
+            nyquist=sfreq / 2,
         )
 
 
@@ -77,7 +77,7 @@ def bandpass_taps(sfreq: float, l_freq: float, h_freq: float, *, transition: str
     no gain there; a window around the difference of the sincs (``scipy.signal.firwin``) has not.
 
     Raises:
-        ConfigError, ValueError: See :func:`design`.
+        BandError, ValueError: See :func:`design`.
     """
     made = design(sfreq, l_freq, h_freq, transition=transition)
     return lowpass_taps(sfreq, made.high, made.order) - lowpass_taps(sfreq, made.low, made.order)
@@ -162,7 +162,7 @@ class CausalFilter:
         """Design the chain; it starts settled on its first sample, so that an offset does not ring.
 
         Raises:
-            ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+            BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
         """
         from scipy.signal import butter, sosfilt_zi
 
@@ -196,7 +196,7 @@ def causal(data: np.ndarray, sfreq: float, l_freq: float, h_freq: float, *, bord
         ``data``.
 
     Raises:
-        ConfigError: See :class:`CausalFilter`.
+        BandError: See :class:`CausalFilter`.
     """
     chain = CausalFilter(sfreq, l_freq, h_freq)
     for start, stop in segments(borders, data.shape[1]):

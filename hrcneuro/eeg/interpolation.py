@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-METHODS = ("eeglab", "perrin")
+from hrcneuro.eeg.params import SPLINES
+
 _STIFFNESS = 4
 _EEGLAB_TERMS, _PERRIN_TERMS = 7, 50
 _PERRIN_LAMBDA = 1e-5
@@ -44,8 +45,8 @@ def weights(good: np.ndarray, bad: np.ndarray, *, method: str, smoothing: float 
     Raises:
         ValueError: The method is unknown.
     """
-    if method not in METHODS:
-        raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
+    if method not in SPLINES:
+        raise ValueError(f"method is {method!r}; allowed: {', '.join(SPLINES)}")
     good = good / np.linalg.norm(good, axis=1, keepdims=True)
     bad = bad / np.linalg.norm(bad, axis=1, keepdims=True)
     return _eeglab(good, bad) if method == "eeglab" else _perrin(good, bad, smoothing)

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from hrcneuro.eeg.breaks import segments
-from hrcneuro.errors import ConfigError
+from hrcneuro.eeg.refusals import RateError
 
 # A finer ratio would need a filter of more phases than it is worth: at most this many steps between two samples.
 _MAX_FACTOR = 1000
@@ -85,16 +85,15 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     pass band up to 40 Hz, at 70 Hz a tenth of the signal, at 250 Hz sampling rate a twenty-fifth).
 
     Raises:
-        ConfigError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
+        RateError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
     """
     grid = made.source * made.up
     width = made.sfreq - 2 * pass_freq
     if width < _MIN_TRANSITION_HZ:
-        raise ConfigError(
+        raise RateError(
             f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz: the low-pass before "
             f"it has {max(width, 0):.2g} Hz to fall in, and needs {_MIN_TRANSITION_HZ:g}",
-            cure=f"set preprocess.sfreq to {math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ)} Hz or more, or lower "
-            "preprocess.h_freq",
+            least=math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ),
         )
     # Kaiser's formulas (Oppenheim & Schafer, Discrete-Time Signal Processing, §7.5.3): this many taps, this window.
     # scipy.signal has them too, but takes half a second to import.
@@ -118,7 +117,7 @@ def resample(data: np.ndarray, made: Ratio, *, pass_freq: float, borders: Sequen
         borders: First samples of new stretches.
 
     Raises:
-        ConfigError: See :func:`antialias_taps`.
+        RateError: See :func:`antialias_taps`.
     """
     if made.up == made.down:
         return data

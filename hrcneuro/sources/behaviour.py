@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hrcneuro.errors import ConfigError
-from hrcneuro.sources import options
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,9 +24,9 @@ class Source(Protocol):
     @property
     def seed(self) -> int: ...
     @property
-    def session(self) -> options.Session: ...
+    def session(self) -> SessionParams: ...
     @property
-    def timing(self) -> options.Timing: ...
+    def timing(self) -> TimingParams: ...
 
 
 def study_rules(config: Source, subjects: Iterable[str]) -> pd.DataFrame:

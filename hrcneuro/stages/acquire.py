@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Stage, Work, option
+from hrcneuro.eeg.synthetic import SyntheticParams
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import layout
-from hrcneuro.sources.options import Eeg, Session, Timing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,9 +60,9 @@ class Config:
     )
     reference: str = option("", "reference of the recording, for the record")
     stream: str = option("", "XDF: name of the EEG stream, where there are several")
-    session: Session = option(Session(), "simulated session")
-    timing: Timing = option(Timing(), "when simulated moves begin")
-    eeg: Eeg = option(Eeg(), "synthetic recording")
+    session: SessionParams = option(SessionParams(), "simulated session")
+    timing: TimingParams = option(TimingParams(), "when simulated moves begin")
+    eeg: SyntheticParams = option(SyntheticParams(), "synthetic recording")
 
 
 def check(config: Config) -> list[str]:
