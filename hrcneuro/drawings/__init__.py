@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
 STAGES: tuple[str, ...] = ("preprocess",)
-JOINT: tuple[str, ...] = ()
+JOINT: tuple[str, ...] = ("quality",)
 NAMES = STAGES + JOINT
 
 

@@ -1,5 +1,8 @@
 """The study's design (paper Table 1): conditions, contrasts and decoding problems, as the defaults of every stage."""
 
+MOVE = "move"
+"""The event of a movement onset, in the trial table and in the recording."""
+
 CASES = ("HH", "HR", "RR", "RH")
 CONDITIONS = {
     **{f"{case}_before": f"condition_before == '{case}'" for case in CASES},

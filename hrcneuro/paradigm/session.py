@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.paradigm.conditions import annotate
+from hrcneuro.paradigm.design import MOVE
 from hrcneuro.paradigm.episode import play
 from hrcneuro.paradigm.owners import draw_areas, draw_directions
 from hrcneuro.paradigm.params import SessionParams, TimingParams
@@ -60,7 +61,7 @@ def simulate_session(
         for episode in range(1, block.episodes + 1):
             moves = play(draw_path(rng), owners, human, error_rate=error_rate, rng=rng)
             rows += [where | {"episode": episode} | asdict(move) for move in moves]
-    trials = pd.DataFrame(rows).assign(event="move")
+    trials = pd.DataFrame(rows).assign(event=MOVE)
     trials["executed"] = trials["executed"].astype(object).where(trials["executed"].notna(), None)
     return annotate(assign_onsets(trials, rng=rng, params=timing))
 

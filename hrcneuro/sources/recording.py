@@ -68,11 +68,6 @@ def markers_of(onsets_s: np.ndarray | list[float], events: list[str]) -> pd.Data
     return table.sort_values("onset_s", kind="stable", ignore_index=True)
 
 
-def onset_samples(onsets_s: np.ndarray, sfreq: float) -> np.ndarray:
-    """Return the nearest sample to each onset, 0 the first of the recording."""
-    return np.rint(np.asarray(onsets_s, float) * sfreq).astype(np.int64)
-
-
 def check_signals(recording: Recording) -> None:
     """Refuse EEG and EOG that no later stage could use; a channel marked bad only has its gaps filled with zeros.
 

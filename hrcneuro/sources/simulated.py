@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import ConfigError, Cures, DataError, cured
+from hrcneuro.paradigm.design import MOVE
 from hrcneuro.sources.logs import read_log
 from hrcneuro.sources.recording import Recording, markers_of
-from hrcneuro.sources.trials import MOVE
 
 if TYPE_CHECKING:
     from hrcneuro.eeg.synthetic import SyntheticParams

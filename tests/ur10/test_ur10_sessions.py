@@ -13,8 +13,8 @@ from hrcneuro.figures import robot as robot_figures
 from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 QD = slice(37, 43)
 
