@@ -86,17 +86,17 @@ def judge(data: np.ndarray, threshold: float, *, marked: np.ndarray | None = Non
     Flat channels are bad without a z; they, and channels ``marked`` bad beforehand (boolean mask), stay out of the
     mean and SD. Fewer than four channels to compare are all good.
     """
-    spread, found = np.array([_moments(channel) for channel in data]).T
+    spread, kurtoses = np.array([_moments(channel) for channel in data]).T
     flat = spread < FLAT_UV
-    found[flat] = math.nan
+    kurtoses[flat] = math.nan
     marked = np.zeros(len(data), bool) if marked is None else marked
     z = np.full(len(data), math.nan)
     used = ~(flat | marked)
     if used.sum() >= MIN_CHANNELS:
-        z[used] = trimmed_z(found[used])
+        z[used] = trimmed_z(kurtoses[used])
     else:
         z[used] = 0.0
-    return Verdict(found, z, flat, flat | marked | (np.abs(z) > threshold))
+    return Verdict(kurtoses, z, flat, flat | marked | (np.abs(z) > threshold))
 
 
 def average_reference(data: np.ndarray) -> np.ndarray:

@@ -91,23 +91,23 @@ def judge(
     """
     starts = onsets + window.first
     stops = starts + window.length
-    found = np.full(len(onsets), "", dtype=object)
+    reasons = np.full(len(onsets), "", dtype=object)
     edges = np.sort(np.asarray(borders, int))
     crosses = np.searchsorted(edges, starts, side="right") < np.searchsorted(edges, stops, side="left")
     for i, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if onsets[i] < 0:
-            found[i] = "no onset"
+            reasons[i] = "no onset"
         elif start < 0 or stop > data.shape[1]:
-            found[i] = "outside"
+            reasons[i] = "outside"
         elif crosses[i]:
-            found[i] = "boundary"
+            reasons[i] = "boundary"
         elif any(a < stop and start < b for a, b in marked):
-            found[i] = "marked"
+            reasons[i] = "marked"
         else:
             piece = data[:, start:stop]
             if max(piece.max(), -piece.min()) > limit:
-                found[i] = "amplitude"
-    return found
+                reasons[i] = "amplitude"
+    return reasons
 
 
 def cut(data: np.ndarray, onsets: np.ndarray, window: Window) -> np.ndarray:

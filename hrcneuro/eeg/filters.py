@@ -79,8 +79,8 @@ def bandpass_taps(sfreq: float, l_freq: float, h_freq: float, *, transition: str
     Raises:
         BandError, ValueError: See :func:`design`.
     """
-    made = design(sfreq, l_freq, h_freq, transition=transition)
-    return lowpass_taps(sfreq, made.high, made.order) - lowpass_taps(sfreq, made.low, made.order)
+    band = design(sfreq, l_freq, h_freq, transition=transition)
+    return lowpass_taps(sfreq, band.high, band.order) - lowpass_taps(sfreq, band.low, band.order)
 
 
 def lowpass_taps(sfreq: float, cutoff: float, order: int) -> np.ndarray:

@@ -71,13 +71,13 @@ def common_rate(sources: Sequence[float]) -> int | None:
     Rates count as equal where their grids stay within 10 µs for a second, a hundredth of a sample at 1000 Hz.
     """
     for rate in range(math.floor(min(sources)), 1, -1):
-        made = [ratio(source, rate).sfreq for source in sources]
-        if max(made) - min(made) <= 1e-5 * rate:
+        rates = [ratio(source, rate).sfreq for source in sources]
+        if max(rates) - min(rates) <= 1e-5 * rate:
             return rate
     return None
 
 
-def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
+def antialias_taps(ratio: Ratio, pass_freq: float) -> np.ndarray:
     """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``.
 
     It keeps 0 … ``pass_freq`` and stops what would fold onto that band, 120 dB each. What lies between may fold among
@@ -87,11 +87,11 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     Raises:
         RateError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
     """
-    grid = made.source * made.up
-    width = made.sfreq - 2 * pass_freq
+    grid = ratio.source * ratio.up
+    width = ratio.sfreq - 2 * pass_freq
     if width < _MIN_TRANSITION_HZ:
         raise RateError(
-            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz: the low-pass before "
+            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {ratio.sfreq:g} Hz: the low-pass before "
             f"it has {max(width, 0):.2g} Hz to fall in, and needs {_MIN_TRANSITION_HZ:g}",
             least=math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ),
         )
@@ -100,30 +100,30 @@ def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
     n_taps = math.ceil((_ATTENUATION_DB - 7.95) / (2.285 * 2 * math.pi * width / grid) + 1) | 1
     beta = 0.1102 * (_ATTENUATION_DB - 8.7)
     at = np.arange(n_taps) - n_taps // 2
-    taps = np.sinc(made.sfreq / grid * at) * np.kaiser(n_taps, beta)
-    return taps * (made.up / taps.sum())
+    taps = np.sinc(ratio.sfreq / grid * at) * np.kaiser(n_taps, beta)
+    return taps * (ratio.up / taps.sum())
 
 
-def resample(data: np.ndarray, made: Ratio, *, pass_freq: float, borders: Sequence[int] = ()) -> np.ndarray:
+def resample(data: np.ndarray, ratio: Ratio, *, pass_freq: float, borders: Sequence[int] = ()) -> np.ndarray:
     """Return ``data`` at the new rate, as a view into ``data``'s own memory (its old content is lost).
 
     Stretches between borders do not mix: each is continued by its own point reflection at its ends, which keeps level
     and slope. The grid goes on across borders, so that no event drifts.
 
     Args:
-        data: channels × samples at ``made.source`` Hz.
-        made: The ratio.
+        data: channels × samples at ``ratio.source`` Hz.
+        ratio: Of the new rate to the old one.
         pass_freq: Highest frequency to keep, in Hz.
         borders: First samples of new stretches.
 
     Raises:
         RateError: See :func:`antialias_taps`.
     """
-    if made.up == made.down:
+    if ratio.up == ratio.down:
         return data
-    taps = antialias_taps(made, pass_freq)
-    n_new = made.length(data.shape[1])
-    plans = [_Stretch(a, b, made, taps) for a, b in segments(borders, data.shape[1])]
+    taps = antialias_taps(ratio, pass_freq)
+    n_new = ratio.length(data.shape[1])
+    plans = [_Stretch(a, b, ratio, taps) for a, b in segments(borders, data.shape[1])]
     for channel in data:
         for plan in plans:
             channel[plan.new_start : plan.new_stop] = plan.apply(channel)
@@ -137,21 +137,21 @@ class _Stretch:
     repetition, in it the old samples around the run, times the taps that each new sample has for them.
     """
 
-    def __init__(self, start: int, stop: int, made: Ratio, taps: np.ndarray) -> None:
+    def __init__(self, start: int, stop: int, ratio: Ratio, taps: np.ndarray) -> None:
         self.start, self.stop = start, stop
-        self.new_start, self.new_stop = made.first(start), made.first(stop)
+        self.new_start, self.new_stop = ratio.first(start), ratio.first(stop)
         half = len(taps) // 2
-        self.pad = math.ceil(half / made.up)
-        turns = -(-_RUN // made.up)
-        self.new_step, self.old_step = turns * made.up, turns * made.down
+        self.pad = math.ceil(half / ratio.up)
+        turns = -(-_RUN // ratio.up)
+        self.new_step, self.old_step = turns * ratio.up, turns * ratio.down
         self.repetitions = max(0, -(-(self.new_stop - self.new_start) // self.new_step))
         # (the run's new samples, counted from new_start; its first old one, counted from the padding's; weights)
         self.runs: list[tuple[slice, int, np.ndarray]] = []
         for first in range(0, self.new_step, _RUN):
             last = min(first + _RUN, self.new_step)
-            fine = (self.new_start + np.arange(first, last)) * made.down  # on the grid of source · up
-            low, high = -(-(int(fine[0]) - half) // made.up), (int(fine[-1]) + half) // made.up
-            tap = fine - made.up * np.arange(low, high + 1)[:, None] + half
+            fine = (self.new_start + np.arange(first, last)) * ratio.down  # on the grid of source · up
+            low, high = -(-(int(fine[0]) - half) // ratio.up), (int(fine[-1]) + half) // ratio.up
+            tap = fine - ratio.up * np.arange(low, high + 1)[:, None] + half
             reached = (tap >= 0) & (tap < len(taps))
             weights = np.where(reached, taps[np.where(reached, tap, 0)], 0.0)
             self.runs.append((slice(first, last), low - start + self.pad, weights))

@@ -99,12 +99,12 @@ def export_subject(
 
 
 def _refuse_foreign(home: Path, study: str) -> None:
-    found = _MARK.search(_comments(home))
-    if found is None:
+    mark = _MARK.search(_comments(home))
+    if mark is None:
         raise ConfigError(
             f"{home} was not written by hrcneuro; --export does not touch it", cure="export to another folder"
         )
-    if found[3] != study:
+    if mark[3] != study:
         raise ConfigError(
             f"{home} was exported from a study with other settings of acquire",
             cure="export to another folder, or delete this one",

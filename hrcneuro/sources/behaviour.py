@@ -63,8 +63,8 @@ def listed(rules: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rules in plain types, for JSON; what cannot be measured is None."""
     names = ("rule", "measured", "target", "ok")
     rows = zip(*(rules[name].tolist() for name in names), strict=True)
-    found = [dict(zip(names, row, strict=True)) for row in rows]
-    return [one | {"measured": None if math.isnan(one["measured"]) else one["measured"]} for one in found]
+    plain = [dict(zip(names, row, strict=True)) for row in rows]
+    return [one | {"measured": None if math.isnan(one["measured"]) else one["measured"]} for one in plain]
 
 
 def _number(value: float | None) -> str:

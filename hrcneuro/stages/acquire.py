@@ -70,21 +70,21 @@ def check(config: Config) -> list[str]:
     from hrcneuro.errors import did_you_mean
 
     kinds = ("eeg", "eog", "ecg", "emg", "misc", "stim")
-    found = [
+    mistakes = [
         f"channel_types.{name} = {kind!r}{did_you_mean(kind, kinds)}; allowed: {', '.join(kinds)}"
         for name, kind in config.channel_types.items()
         if kind not in kinds
     ]
-    found += _unused(config)
+    mistakes += _unused(config)
     timing = config.timing
     if timing.t_f_min_s > timing.t_f_max_s:
-        found.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
+        mistakes.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
     if config.eeg.line_uv and config.eeg.line_hz >= config.sfreq / 2:
-        found.append(
+        mistakes.append(
             f"eeg.line_hz = {config.eeg.line_hz:g} lies above the Nyquist frequency of sfreq = {config.sfreq:g}; "
             "raise sfreq or set eeg.line_uv = 0"
         )
-    return found
+    return mistakes
 
 
 def _unused(config: Config) -> Iterator[str]:

@@ -29,15 +29,15 @@ class Config(CleaningParams):
 
 def check(config: Config) -> list[str]:
     """Return what contradicts itself in the options."""
-    found = []
+    mistakes = []
     low = ("causal_l_freq", config.causal_l_freq) if config.filter == "causal" else ("l_freq", config.l_freq)
     if low[1] >= config.h_freq:
-        found.append(f"preprocess.{low[0]} = {low[1]:g} Hz must lie below preprocess.h_freq = {config.h_freq:g} Hz")
+        mistakes.append(f"preprocess.{low[0]} = {low[1]:g} Hz must lie below preprocess.h_freq = {config.h_freq:g} Hz")
     if config.h_freq >= config.sfreq / 2:
-        found.append(
+        mistakes.append(
             f"preprocess.h_freq = {config.h_freq:g} Hz must lie below half of preprocess.sfreq = {config.sfreq:g} Hz"
         )
-    return found
+    return mistakes
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -85,14 +85,14 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
     data = read_samples(raw, [*eeg, *eog], 1e6)
-    found = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
-    found[~np.any(found != 0, axis=1)] = np.nan
+    positions = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
+    positions[~np.any(positions != 0, axis=1)] = np.nan
     return Signals(
         data,
         float(raw.info["sfreq"]),
         [raw.ch_names[i] for i in eeg],
         [raw.ch_names[i] for i in eog],
-        found - _centre(raw, found, config.interpolation),
+        positions - _centre(raw, positions, config.interpolation),
         borders(raw.annotations.onset, raw.annotations.description, raw.info["sfreq"]),
         frozenset(raw.info["bads"]),
     )
@@ -185,10 +185,10 @@ def _clean_raw(raw: mne.io.BaseRaw, cleaned: Cleaned, config: Config) -> mne.io.
             info["custom_ref_applied"] = FIFF.FIFFV_MNE_CUSTOM_REF_ON
     info["bads"] = []
     cleaned.eeg *= 1e-6
-    made = mne.io.RawArray(cleaned.eeg, info, verbose="error")
+    clean = mne.io.RawArray(cleaned.eeg, info, verbose="error")
     marks = raw.annotations
-    made.set_annotations(mne.Annotations(marks.onset, marks.duration, marks.description), verbose="error")
-    return made
+    clean.set_annotations(mne.Annotations(marks.onset, marks.duration, marks.description), verbose="error")
+    return clean
 
 
 def _summary(raw: mne.io.BaseRaw, signals: Signals, cleaned: Cleaned, config: Config) -> dict[str, Any]:

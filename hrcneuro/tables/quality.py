@@ -83,8 +83,8 @@ def write_quality(cleaned: Cleaned, signals: Signals, out: Path) -> None:
 
 def write_timing(cleaned: Cleaned, n_source: int, out: Path) -> None:
     """Write timing.parquet."""
-    made = cleaned.ratio
-    row = {"source_sfreq": made.source, "sfreq": made.sfreq, "up": made.up, "down": made.down, "n_source": n_source}
+    ratio = cleaned.ratio
+    row = {"source_sfreq": ratio.source, "sfreq": ratio.sfreq, "up": ratio.up, "down": ratio.down, "n_source": n_source}
     table = pd.DataFrame([row | {"n_samples": cleaned.eeg.shape[1]}])
     write_table(table, out / "timing.parquet", TIMING)
 

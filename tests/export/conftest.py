@@ -11,8 +11,3 @@ _spec.loader.exec_module(_writers)
 moves, study = _writers.moves, _writers.study
 write_set, write_xdf = _writers.write_set, _writers.write_xdf
 write_log, noise_uv = _writers.write_log, _writers.noise_uv
-    _writers.write_set,
-    _writers.write_xdf,
-    _writers.write_log,
-    _writers.noise_uv,
-)
