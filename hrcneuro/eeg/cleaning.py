@@ -1,7 +1,6 @@
 """The chain from a raw recording to clean EEG (paper §2.3.3): band-pass, eyes, bad channels, reference, rate.
 
-Arrays are channels × samples, in microvolt, and are worked on in place: beside the recording the chain needs memory
-for a few channels only.
+Signals are worked on in place: beside the recording the chain needs memory for a few channels only.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Polyphase down-sampling on one time grid: sample k of the result lies at k · down / up samples of the source.
-
-Arrays are channels × samples.
-"""
+"""Polyphase down-sampling on one time grid: sample k of the result lies at k · down / up samples of the source."""
 
 from __future__ import annotations
 
@@ -42,7 +39,14 @@ class Ratio:
         return -(-n_samples * self.up // self.down)
 
     def nearest(self, samples: np.ndarray) -> np.ndarray:
-        """Return the new sample nearest to each old one (½ goes up): at most half a new sample off, without drift."""
+        """Return the new sample nearest to each old one (½ goes up): at most half a new sample off, without drift.
+
+        Args:
+            samples: ndarray of integers, any shape.
+
+        Returns:
+            ndarray of integers, of that shape.
+        """
         return (2 * np.asarray(samples, np.int64) * self.up + self.down) // (2 * self.down)
 
     def first(self, sample: int) -> int:
@@ -78,7 +82,7 @@ def common_rate(sources: Sequence[float]) -> int | None:
 
 
 def antialias_taps(ratio: Ratio, pass_freq: float) -> np.ndarray:
-    """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``.
+    """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``: ndarray, shape (n_taps,), n_taps odd.
 
     It keeps 0 … ``pass_freq`` and stops what would fold onto that band, 120 dB each. What lies between may fold among
     itself, above ``pass_freq``: the windowed sinc has taken it away, of the causal low-pass its skirt is left (with a
@@ -111,10 +115,13 @@ def resample(data: np.ndarray, ratio: Ratio, *, pass_freq: float, borders: Seque
     and slope. The grid goes on across borders, so that no event drifts.
 
     Args:
-        data: channels × samples at ``ratio.source`` Hz.
+        data: ndarray, shape (n_channels, n_times), any unit, at ``ratio.source`` Hz.
         ratio: Of the new rate to the old one.
         pass_freq: Highest frequency to keep, in Hz.
         borders: First samples of new stretches.
+
+    Returns:
+        ndarray, shape (n_channels, ``ratio.length(n_times)``), in that unit.
 
     Raises:
         RateError: See :func:`antialias_taps`.

@@ -49,7 +49,7 @@ def tags(file: BinaryIO) -> Iterator[Tag]:
 
 
 def of_raw(raw: mne.io.BaseRaw, picks: Sequence[int], scale: float = 1.0) -> NDArray[np.float64]:
-    """Return the samples of a recording that was just read, channels × samples: ``scale * raw.get_data(picks)``."""
+    """Return ``scale * raw.get_data(picks)`` of a recording that was just read, shape (len(picks), n_times)."""
     values = None if raw.preload or len(raw.filenames) != 1 else _raw_samples(Path(raw.filenames[0]), raw, picks, scale)
     return scale * raw.get_data(picks=list(picks)) if values is None else values
 
@@ -66,7 +66,7 @@ def of_epochs(
         dtype: ``float64`` or ``float32``; the products with 10⁶ are rounded to it.
 
     Returns:
-        Shape (epochs, channels, samples).
+        ndarray, shape (n_epochs, len(picks), n_times), µV.
     """
     values = _epoch_samples(path, epochs, picks, dtype)
     if values is None:
