@@ -1,4 +1,4 @@
-"""What erp and ersp share: conditions and contrasts, reading epochs, and testing contrasts over subjects."""
+"""What erp and ersp share: conditions and contrasts, and testing contrasts over subjects."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, option
+from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.io.trials import read_trials as read_trials
 from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
     from hrcneuro.eeg.contrasts import Averages, Tested
@@ -61,35 +61,6 @@ def check(config: Options) -> list[str]:
     if not config.conditions:
         found.append("there is no condition: name at least one in [conditions]")
     return found
-
-
-def read_trials(inputs: Inputs, dtype: type[np.floating] | None = None) -> Trials:
-    """Return the subject's epochs, in double precision unless another one is asked for.
-
-    Raises:
-        DataError: There is no epoch, EEG channel or trial table, or a value is not finite.
-    """
-    import numpy as np
-
-    from hrcneuro.eeg.selection import Trials
-    from hrcneuro.io.fif import read_eeg_epochs
-
-    path = inputs.path("epoch", "{unit}_epo.fif")
-    epochs, info, data = read_eeg_epochs(path, dtype or np.float64)
-    cure = f"look at the upstream stages: hrcneuro epoch {inputs.unit} --force"
-    if epochs.metadata is None or not len(epochs):
-        raise DataError(f"{path.name} holds {len(epochs)} epochs and no trial table", cure=cure)
-    if not data.shape[1]:
-        raise DataError(f"{path.name} holds no EEG channel", cure=cure)
-    for trial, epoch in enumerate(data):
-        # A sum is finite only if all of its terms are: one fast pass.
-        if not np.isfinite(epoch.sum()):
-            channel = info["ch_names"][int(np.argmin(np.isfinite(epoch).all(axis=-1)))]
-            raise DataError(
-                f"{path.name}: epoch {trial} holds values that are not finite on channel {channel}",
-                cure=f"{cure}; a channel can be named as bad (acquire.bads)",
-            )
-    return Trials(data, epochs.events[:, 0], epochs.times.copy(), info, epochs.metadata.reset_index(drop=True))
 
 
 def filled_cells(trials: Trials, config: Options, unit: str) -> tuple[list[Any], list[str]]:

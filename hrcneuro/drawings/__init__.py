@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
 STAGES: tuple[str, ...] = ("preprocess", "robot")
-JOINT: tuple[str, ...] = ("moves",)
+JOINT: tuple[str, ...] = ("quality", "moves")
 NAMES = STAGES + JOINT
 
 

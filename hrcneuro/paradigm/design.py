@@ -2,6 +2,10 @@
 
 T_F_S = (0.6, 1.2)
 """Shortest and longest duration of a motion from tile to tile, seconds."""
+
+MOVE = "move"
+"""The event of a movement onset, in the trial table and in the recording."""
+
 CASES = ("HH", "HR", "RR", "RH")
 """The actors of two successive moves: HR is a human's move followed by the robot's."""
 CONDITIONS = {

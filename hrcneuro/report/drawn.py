@@ -32,15 +32,6 @@ _SIGNIFICANT = (
     "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand."
 )
 DRAWINGS = (
-    Drawing(
-        "quality_group",
-        "preprocess",
-        "fig_quality",
-        ("acquire", "preprocess"),
-        "Signal quality",
-        "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle "
-        "of up to four recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
-    ),
     Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
     Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),
     Drawing(
@@ -58,6 +49,24 @@ DRAWINGS = (
         "to learn from, accuracy is lost whatever is decoded. Brown: rules that never look at EEG.",
     ),
 )
+
+
+# Pictures that join stages, by their names -> the chapter they belong to, and the name that a link shows.
+JOINT = {"quality_group": ("preprocess", "Signal quality")}
+
+
+def joint(figures: list[Figure], folder: Path) -> dict[str, tuple[Drawing, Path]]:
+    """Return name -> drawing and PNG of the pictures that join stages, copied to where people look for them."""
+    drawn = {}
+    for figure in figures:
+        name = figure.path.stem
+        chapter, title = JOINT[name]
+        folder.mkdir(parents=True, exist_ok=True)
+        for source in (figure.path, figure.path.with_suffix(".pdf")):
+            shutil.copy2(source, folder / source.name)
+        caption = f"{figure.caption}.".removeprefix(f"{title}. ")
+        drawn[name] = (Drawing(name, chapter, "", (), title, caption), folder / figure.path.name)
+    return drawn
 
 
 def draw_all(results: Results, folder: Path) -> dict[str, tuple[Drawing, Path]]:

@@ -15,9 +15,9 @@ from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.figures import erp as erp_figures
 from hrcneuro.io.fif import read_evokeds, write_epochs, write_raw
 from hrcneuro.io.tables import describe, read_lists, read_table, write_table
-from hrcneuro.sources.trials import TRIALS
 from hrcneuro.stages import epoch, erp
 from hrcneuro.tables.quality import TIMING
+from hrcneuro.tables.trials import TRIALS
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 

@@ -20,9 +20,9 @@ from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.sim import Disturbance, SimArm, VirtualClock
-from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot
 from hrcneuro.tables import robot as robot_tables
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 
 @pytest.fixture(scope="module")

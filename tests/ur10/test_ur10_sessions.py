@@ -11,8 +11,8 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import HardwareError
 from hrcneuro.io.tables import write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 QD = slice(37, 43)
 
