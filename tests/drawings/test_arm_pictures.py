@@ -12,8 +12,8 @@ from hrcneuro.contract import Inputs, chosen
 from hrcneuro.drawings import moves, robot
 from hrcneuro.io.tables import write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot as stage
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 
 @pytest.fixture(scope="module")
