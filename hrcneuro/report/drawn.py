@@ -25,12 +25,6 @@ class Drawing:
     caption: str
 
 
-_SIGNIFICANT = (
-    "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
-    "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
-    "wavelet magnitudes that is largest over the channels. Hatched: the next onset may fall here, so that its response "
-    "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand."
-)
 DRAWINGS = (
     Drawing(
         "quality_group",
@@ -41,8 +35,6 @@ DRAWINGS = (
         "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle "
         "of up to four recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
     ),
-    Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
-    Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),
     Drawing(
         "confound_panel",
         "decode",
@@ -67,6 +59,24 @@ DRAWINGS = (
         "arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to motion.",
     ),
 )
+
+
+# Pictures that join stages, by their names -> the chapter they belong to, and the name that a link shows.
+JOINT = {"fig2": ("erp", "Fig 2"), "fig3": ("erp", "Fig 3")}
+
+
+def joint(figures: list[Figure], folder: Path) -> dict[str, tuple[Drawing, Path]]:
+    """Return name -> drawing and PNG of the pictures that join stages, copied to where people look for them."""
+    drawn = {}
+    for figure in figures:
+        name = figure.path.stem
+        chapter, title = JOINT[name]
+        folder.mkdir(parents=True, exist_ok=True)
+        for source in (figure.path, figure.path.with_suffix(".pdf")):
+            shutil.copy2(source, folder / source.name)
+        caption = f"{figure.caption}.".removeprefix(f"{title}. ")
+        drawn[name] = (Drawing(name, chapter, "", (), title, caption), folder / figure.path.name)
+    return drawn
 
 
 def draw_all(results: Results, folder: Path) -> dict[str, tuple[Drawing, Path]]:
@@ -113,8 +123,6 @@ def collect(figures: list[Figure], folder: Path) -> None:
 
 def _draw(drawing: Drawing, results: Results) -> Any:
     module = importlib.import_module(f"hrcneuro.report.{drawing.module}")
-    if drawing.module == "fig_cases":
-        return module.draw(results, module.FIG_2 if drawing.name == "fig2" else module.FIG_3)
     draw: Callable[[Results], Any] = module.draw
     return draw(results)
 

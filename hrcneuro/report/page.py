@@ -8,11 +8,11 @@ from collections.abc import Container, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from hrcneuro import __version__, stages
+from hrcneuro import __version__, drawings, stages
 from hrcneuro.figures.style import DPI
 from hrcneuro.report import chapters, provenance
 from hrcneuro.report.album import Album
-from hrcneuro.report.drawn import Drawing, collect, draw_all
+from hrcneuro.report.drawn import Drawing, collect, draw_all, joint
 from hrcneuro.report.markup import Cell, Raw, esc, fold, items, link, table
 from hrcneuro.report.published import Row, rows
 from hrcneuro.report.results import Figure, Results
@@ -65,6 +65,7 @@ class Page:
         self.results = results
         self.album = Album()
         self.drawn = draw_all(results, folder)
+        self.drawn |= joint([f for name in drawings.JOINT for f in results.figures(name)], folder)
         self.figures = {stage: results.figures(stage) for stage in stages.NAMES}
         collect([f for found in self.figures.values() for f in found], folder)
         self.chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
