@@ -33,6 +33,9 @@ TABLES = {
     "erp": {
         "sNN/averages.parquet": "hrcneuro.tables.contrasts:AVERAGES",
         "sNN/strata.parquet": "hrcneuro.tables.contrasts:STRATA",
+        "sNN/waveforms.parquet": "hrcneuro.tables.contrasts:WAVEFORMS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
         "group/erp.parquet": "hrcneuro.tables.contrasts:ERP",
         "group/erp_stats.parquet": "hrcneuro.tables.contrasts:ERP_STATS",
         "group/erp_strata.parquet": "hrcneuro.tables.contrasts:ERP_STRATA",

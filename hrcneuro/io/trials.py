@@ -1,35 +1,23 @@
-"""The subject's epochs as the analyses take them: read, and refused where no analysis could use them."""
+"""A subject's epochs as erp, ersp and decode read them: samples in microvolt, with the trial table."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import numpy as np
 
 from hrcneuro.contract import Inputs
+from hrcneuro.eeg.selection import LabelledEpochs
 from hrcneuro.errors import DataError
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from hrcneuro.eeg.selection import Trials
+from hrcneuro.io.fif import read_eeg_epochs
 
 
-def read_trials(inputs: Inputs, dtype: type[np.floating] | None = None) -> Trials:
-    """Return the subject's good epochs: EEG in microvolts, and the trial table beside it.
-
-    Args:
-        inputs: With the subject's ``*_epo.fif`` of the stage epoch.
-        dtype: Precision of the samples, ``float64`` where none is named.
+def read_trials(inputs: Inputs, dtype: type[np.floating] = np.float64) -> LabelledEpochs:
+    """Return the subject's epochs, in double precision unless another one is asked for.
 
     Raises:
         DataError: There is no epoch, EEG channel or trial table, or a value is not finite.
     """
-    import numpy as np
-
-    from hrcneuro.eeg.selection import Trials
-    from hrcneuro.io.fif import read_eeg_epochs
-
     path = inputs.path("epoch", "{unit}_epo.fif")
-    epochs, info, data = read_eeg_epochs(path, dtype or np.float64)
+    epochs, info, data = read_eeg_epochs(path, dtype)
     cure = f"look at the upstream stages: hrcneuro epoch {inputs.unit} --force"
     if epochs.metadata is None or not len(epochs):
         raise DataError(f"{path.name} holds {len(epochs)} epochs and no trial table", cure=cure)
@@ -43,4 +31,5 @@ def read_trials(inputs: Inputs, dtype: type[np.floating] | None = None) -> Trial
                 f"{path.name}: epoch {trial} holds values that are not finite on channel {channel}",
                 cure=f"{cure}; a channel can be named as bad (acquire.bads)",
             )
-    return Trials(data, epochs.events[:, 0], epochs.times.copy(), info, epochs.metadata.reset_index(drop=True))
+    table = epochs.metadata.reset_index(drop=True)
+    return LabelledEpochs(data, epochs.events[:, 0], epochs.times.copy(), info, table)

@@ -25,15 +25,7 @@ class Drawing:
     caption: str
 
 
-_SIGNIFICANT = (
-    "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
-    "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
-    "wavelet magnitudes that is largest over the channels. Hatched: the next onset may fall here, so that its response "
-    "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand."
-)
 DRAWINGS = (
-    Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
-    Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),
     Drawing(
         "confound_panel",
         "decode",
@@ -52,7 +44,7 @@ DRAWINGS = (
 
 
 # Pictures that join stages, by their names -> the chapter they belong to, and the name that a link shows.
-JOINT = {"quality_group": ("preprocess", "Signal quality")}
+JOINT = {"quality_group": ("preprocess", "Signal quality"), "fig2": ("erp", "Fig 2"), "fig3": ("erp", "Fig 3")}
 
 
 def joint(figures: list[Figure], folder: Path) -> dict[str, tuple[Drawing, Path]]:
@@ -113,8 +105,6 @@ def collect(figures: list[Figure], folder: Path) -> None:
 
 def _draw(drawing: Drawing, results: Results) -> Any:
     module = importlib.import_module(f"hrcneuro.report.{drawing.module}")
-    if drawing.module == "fig_cases":
-        return module.draw(results, module.FIG_2 if drawing.name == "fig2" else module.FIG_3)
     draw: Callable[[Results], Any] = module.draw
     return draw(results)
 

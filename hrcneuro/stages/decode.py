@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.analyses.contrasts import read_trials
+from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.errors import ConfigError, did_you_mean
@@ -85,7 +85,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
-    from hrcneuro.eeg.selection import ALL, scenarios
+    from hrcneuro.eeg.selection import ALL
+    from hrcneuro.io.trials import read_trials
     from hrcneuro.tables.decode import SubjectTables
 
     epochs = read_trials(inputs)
@@ -102,7 +103,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         mean_window_s=(config.mean_window_s[0], config.mean_window_s[1]),
         shrinkage=config.shrinkage,
     )
-    for scenario, inside in scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
+    for scenario, inside in configured.scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
         for name, (class1, class2) in config.problems.items():
             rows = np.flatnonzero(inside & (members[class1] | members[class2]))
             trials = _trials(table.iloc[rows], members[class2][rows])
@@ -136,10 +137,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return condition -> which rows belong to it, for the conditions that problems use."""
-    from hrcneuro.eeg.selection import matching
-
     used = {name for classes in config.problems.values() for name in classes}
-    found = matching(table, {name: query for name, query in config.conditions.items() if name in used})
+    found = configured.matching(table, {name: query for name, query in config.conditions.items() if name in used})
     for problem, classes in config.problems.items():
         both = int((found[classes[0]] & found[classes[1]]).sum())
         if both:

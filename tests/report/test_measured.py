@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 
 from hrcneuro.config import settings as config
+from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.published import SOA_MS
-from hrcneuro.report import maps, measured_brain, measured_learning, measured_moves
+from hrcneuro.report import measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
 
 DECODERS = ("emp", "60", "70", "80")
@@ -83,7 +84,7 @@ def brain(*assignments):
     cases += [(scenario, measured_brain.BEFORE) for scenario in ("sC", "iC")]
     tested = {}
     for stage, shape, bins in (("erp", (3, 14), np.zeros(0)), ("ersp", (3, len(hz), 14), hz)):
-        nothing = maps.Tested(11, channels, times, np.zeros(shape), np.zeros(shape, dtype=bool), bins)
+        nothing = SignificanceMap(11, channels, times, np.zeros(shape), np.zeros(shape, dtype=bool), bins)
         tested[stage] = dict.fromkeys(cases, nothing)
     settings = config.load(None, list(assignments))
     results = SimpleNamespace(settings=settings, maps=tested.get, included=lambda stage: [])
