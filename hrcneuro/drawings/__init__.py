@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
-STAGES: tuple[str, ...] = ("preprocess",)
-JOINT: tuple[str, ...] = ()
+STAGES: tuple[str, ...] = ("preprocess", "decode", "simulate")
+JOINT: tuple[str, ...] = ("confound",)
 NAMES = STAGES + JOINT
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hrcneuro import drawings
 from hrcneuro.report.results import Figure, Results
 
 
@@ -43,20 +44,6 @@ DRAWINGS = (
     ),
     Drawing("fig2", "erp", "fig_cases", ("erp", "ersp"), "Fig 2", f"Both scenarios together. {_SIGNIFICANT}"),
     Drawing("fig3", "erp", "fig_cases", ("erp", "ersp"), "Fig 3", f"Each scenario alone. {_SIGNIFICANT}"),
-    Drawing(
-        "confound_panel",
-        "decode",
-        "fig_confound",
-        ("decode",),
-        "Confound panel",
-        "Is it the takeover that is decoded, or the error and the turn that go with it? Balanced accuracy of held-out "
-        "trials: mean and 95 % interval over subjects, dots are subjects, triangles the smallest mean that a one-sided "
-        "t test finds with 80 % power; at the right trials a class and subject. Magenta: decoders trained on all "
-        "trials, scored within a stratum. After an error and after none, anticipation keeps its level (a response to "
-        "turns does so, too) and a response to errors falls to 50 %; before a turn, a response to turns falls to 50 %, "
-        "one to errors need not. Blue: trained on trials after no error alone, and scored on them; with fewer trials "
-        "to learn from, accuracy is lost whatever is decoded. Brown: rules that never look at EEG.",
-    ),
     Drawing(
         "moves",
         "robot",
@@ -101,7 +88,7 @@ def collect(figures: list[Figure], folder: Path) -> None:
     for figure in figures:
         place = folder if figure.unit == "group" else folder / figure.unit
         for source in (figure.path, figure.path.with_suffix(".pdf")):
-            target = place / f"{figure.stage}_{source.name}"
+            target = place / (source.name if figure.stage in drawings.JOINT else f"{figure.stage}_{source.name}")
             wanted.add(target)
             if target.is_file() and target.stat().st_mtime_ns == source.stat().st_mtime_ns:
                 continue

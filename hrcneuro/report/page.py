@@ -8,7 +8,7 @@ from collections.abc import Container, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from hrcneuro import __version__, stages
+from hrcneuro import __version__, drawings, stages
 from hrcneuro.figures.style import DPI
 from hrcneuro.report import chapters, provenance
 from hrcneuro.report.album import Album
@@ -31,6 +31,7 @@ TITLES = {
 # A stage's picture -> the name that a link shows; others are called by their file.
 NAMES = {
     "decoding.png": "Forest plot",
+    "confound_panel.png": "Confound panel",
     "fig4.png": "Fig 4",
     "learners.png": "Learners compared",
     "confound.png": "Learning from errors",
@@ -45,6 +46,8 @@ NAMES = {
     "timing.png": "Timing",
     "reach.png": "Cell",
 }
+# A picture that joins stages -> the chapter in which it stands.
+_CHAPTERS = {"confound": "decode"}
 _PLURAL = {AGREES: "agree", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
 _APPENDIX = "All contrasts: without mask, with error moves left out, and within strata"
@@ -66,6 +69,8 @@ class Page:
         self.album = Album()
         self.drawn = draw_all(results, folder)
         self.figures = {stage: results.figures(stage) for stage in stages.NAMES}
+        for name, chapter in _CHAPTERS.items():
+            self.figures[chapter] += results.figures(name)
         collect([f for found in self.figures.values() for f in found], folder)
         self.chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
 
@@ -194,6 +199,8 @@ def render(results: Results, folder: Path) -> str:
 
 
 def _anchor(figure: Figure) -> str:
+    if figure.stage in drawings.JOINT:
+        return figure.path.stem
     return f"{figure.stage}-{figure.unit}-{figure.path.stem}"
 
 

@@ -8,16 +8,16 @@ from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER, Rates, case
 from hrcneuro.learning.simulations import Variant, run_curves
-from hrcneuro.learning.task import Task, actors, draw, previous_actors
+from hrcneuro.learning.task import JointTask, actors, draw, previous_actors
 
 
 def _scored(decoder, seed=0):
     """Rates that a decoder scores in a large task, in the order of Rates."""
     rng = np.random.default_rng(seed)
-    draws = draw(Task(episodes=500, carry_over=True), 100, rng)
+    draws = draw(JointTask(episodes=500, carry_over=True), 100, rng)
     acting = actors(draws)
     now = case(previous_actors(acting, carry_over=True), acting)
-    right = decoder.hear(draws, rng).predicted == acting
+    right = decoder.answer(draws, rng).predicted == acting
     return [100 * right[now == which].mean() for which in (3, 2, 0, 1)]
 
 
@@ -50,7 +50,7 @@ def test_no_error_follows_an_error():
 
 
 def test_the_same_rates_teach_or_do_not():
-    task = Task(episodes=100)
+    task = JointTask(episodes=100)
     anticipation, anyhow = CoinFlips(PAPER), error_reader(PAPER, as_logged=False)
     variants = [
         Variant("C", name, task, decoder)
@@ -69,4 +69,4 @@ def test_the_same_rates_teach_or_do_not():
 def test_it_offers_no_log_odds():
     rng = np.random.default_rng(0)
     with pytest.raises(ValueError, match="no log-odds"):
-        error_reader(PAPER, as_logged=True).hear(draw(Task(episodes=2), 2, rng), rng, evidence=True)
+        error_reader(PAPER, as_logged=True).answer(draw(JointTask(episodes=2), 2, rng), rng, evidence=True)
