@@ -8,7 +8,7 @@ from hrcneuro.config import text as configtext
 from hrcneuro.contract import params
 from hrcneuro.errors import ConfigError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CONFIGS = sorted(ROOT.glob("configs/*.toml"))
 HEAD = """\
 # The study of Ehrlich et al. 2023 (doi:10.1371/journal.pone.0287958): every value, as used where no other is given.

@@ -210,7 +210,7 @@ def test_the_second_run_is_all_hits_and_prints_the_same_summaries(hrcneuro, smok
     first = json.loads((smoke / "done").read_text())
     done = hrcneuro("run", "pipelines/smoke.toml", "--workdir", smoke, "--json")
     assert set(done.states.values()) == {"hit"}
-    assert {i["stage"] for i in done.json["items"]} == {c[0] for c in COMMANDS[:8]}
+    assert {i["stage"] for i in done.json["items"] if i["kind"] == "numbers"} == {c[0] for c in COMMANDS[:8]}
     assert [i["summary"] for i in first["items"]] == [i["summary"] for i in done.json["items"]]
     assert (smoke / "results" / "report.html").is_file()
 
