@@ -18,7 +18,11 @@ LIMITS = {100: 1.5, 10_000: 60.0}
 
 def main(counts: list[int]) -> None:
     variants = paper_simulations(
-        JointTask(), empirical=CoinFlips(PAPER), levels=(50, 60, 70, 80), reassign="every", cases=((6, 3), (10, 5), (10, 2))
+        JointTask(),
+        empirical=CoinFlips(PAPER),
+        levels=(50, 60, 70, 80),
+        reassign="every",
+        cases=((6, 3), (10, 5), (10, 2)),
     )
     for repetitions in counts:
         times = []

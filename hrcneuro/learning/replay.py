@@ -66,8 +66,8 @@ class DecodedRepeat:
 class Replay:
     """Each repetition draws a decoded repeat and goes through its trials of each case in recorded order.
 
-    It begins at a random one. At the end of the recording it starts over. So a subject's runs of good and bad trials are kept, and so is the
-    fact that a recording is finite.
+    It begins at a random one, and at the end of the recording it starts over. So a subject's runs of good and bad
+    trials are kept, and so is the fact that a recording is finite.
     """
 
     def __init__(self, decoded: Sequence[DecodedRepeat]) -> None:

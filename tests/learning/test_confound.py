@@ -3,11 +3,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hrcneuro.learning.confound import ERROR_RATE, LOGGED_SHARES, Mixture, error_reader, falling_errors
-from hrcneuro.learning.decoder import CoinFlips
+from hrcneuro.learning.confound import ERROR_RATE, LOGGED_SHARES, error_reader, falling_errors, same_rates
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER, Rates, case
-from hrcneuro.learning.simulations import Variant, run_curves
+from hrcneuro.learning.simulations import run_curves
 from hrcneuro.learning.task import JointTask, actors, draw, previous_actors
 
 
@@ -50,17 +49,8 @@ def test_no_error_follows_an_error():
 
 
 def test_the_same_rates_teach_or_do_not():
-    task = JointTask(episodes=100)
-    anticipation, anyhow = CoinFlips(PAPER), error_reader(PAPER, as_logged=False)
-    variants = [
-        Variant("C", name, task, decoder)
-        for name, decoder in (
-            ("anticipation", anticipation),
-            ("logged", error_reader(PAPER, as_logged=True)),
-            ("half", Mixture(anyhow, anticipation, 0.5)),
-            ("anyhow", anyhow),
-        )
-    ]
+    variants = same_rates(PAPER, JointTask(episodes=100))
+    assert [v.name.split(",")[0] for v in variants][:2] == ["anticipation", "errors"]
     curves = run_curves(variants, partial(PaperLearner, alpha=0.05), repetitions=1000, seed=2, tau=0.1)
     final = [float(c.mean[-1]) for c in curves]
     assert final == pytest.approx([0.80, 0.80, 0.65, 0.50], abs=0.03)

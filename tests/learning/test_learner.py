@@ -26,7 +26,7 @@ from hrcneuro.learning.task import JointTask, draw
     seed=st.integers(0, 10**6),
 )
 def test_equal_to_the_reference_to_the_last_bit(n, m, repetitions, reassign, carry_over, ddof, alpha, tau, rates, seed):
-    task = JointTask(n, min(m, n - 1), 12, 5, reassign, 4, carry_over)
+    task = JointTask(n, min(m, n - 1), 12, 5, period=4, carry_over=carry_over, reassign=reassign)
     rng = np.random.default_rng(seed)
     draws, rates = draw(task, repetitions, rng), Rates(*rates)
     answers = CoinFlips(rates).answer(draws, rng)
@@ -40,7 +40,9 @@ def test_the_full_size_is_equal_too():
     rng = np.random.default_rng(1)
     draws = draw(JointTask(), 2, rng)
     rates = Rates(51.5, 51.4, 57.9, 56.1)
-    fast, _ = learn(partial(PaperLearner, alpha=0.05), [draws], [CoinFlips(rates).answer(draws, rng).predicted], tau=0.1)
+    fast, _ = learn(
+        partial(PaperLearner, alpha=0.05), [draws], [CoinFlips(rates).answer(draws, rng).predicted], tau=0.1
+    )
     assert fast[:, 1].tolist() == learn_one(draws, 1, rates, alpha=0.05, tau=0.1)
 
 

@@ -73,7 +73,11 @@ def test_band_covers_the_truth_as_often_as_it_says():
 
 def test_26_curves_with_the_papers_cases():
     variants = paper_simulations(
-        JointTask(), empirical=CoinFlips(PAPER), levels=(50, 60, 70, 80), reassign="every", cases=((6, 3), (10, 5), (10, 2))
+        JointTask(),
+        empirical=CoinFlips(PAPER),
+        levels=(50, 60, 70, 80),
+        reassign="every",
+        cases=((6, 3), (10, 5), (10, 2)),
     )
     assert len(variants) == 26
     assert [sum(v.simulation == f"SIM{i}" for v in variants) for i in (1, 2, 3, 4)] == [1, 5, 5, 15]

@@ -9,7 +9,7 @@ from hrcneuro.learning.task import JointTask, actors, draw, previous_actors, tau
 
 tasks = st.builds(
     lambda n, m, episodes, events, reassign, period, carry: JointTask(
-        n, min(m, n - 1), episodes, events, reassign, period, carry
+        n, min(m, n - 1), episodes, events, period, carry, reassign
     ),
     st.integers(2, 32),
     st.integers(1, 31),
