@@ -1,4 +1,4 @@
-"""What the paper prints, each thing once: its numbers and its findings, with unit and place. Imports nothing of the house.
+"""What the paper prints, each thing once, with unit and place: its numbers and its findings. A leaf of values.
 
 Ehrlich et al. 2023, PLoS ONE 18(7) e0287958, doi:10.1371/journal.pone.0287958. Lengths are in m, times in s and shares
 of 1 where a setting of this program takes them so; ``text`` says them as the paper does.
@@ -161,7 +161,6 @@ ERSP_SCENARIOS_MOTOR = Printed("2.6.1, Fig 3", "ERSP, motor areas", "stronger an
 ERSP_SCENARIOS_PREFRONTAL = Printed("2.6.1, Fig 3", "ERSP, prefrontal theta", "more pronounced in iC")
 
 
-
 def _rates(
     scenario: str,
     problem: str,
@@ -185,9 +184,7 @@ TABLE_2 = {
     ("sC", "HHvsHR"): _rates("sC", "HHvsHR", (52.0, 3.7), (51.4, 5.1), (51.9, 3.7)),
     ("sC", "RRvsRH"): _rates("sC", "RRvsRH", (52.9, 2.6), (53.3, 5.3), (53.0, 3.0)),
     ("iC", "HHvsHR"): _rates("iC", "HHvsHR", (51.5, 3.4), (51.4, 3.5), (51.4, 3.3)),
-    ("iC", "RRvsRH"): _rates(
-        "iC", "RRvsRH", (57.9, 4.3), (56.1, 3.2), (57.1, 3.7), text=", 2.6.2", headline=", 5"
-    ),
+    ("iC", "RRvsRH"): _rates("iC", "RRvsRH", (57.9, 4.3), (56.1, 3.2), (57.1, 3.7), text=", 2.6.2", headline=", 5"),
 }
 CHANCE = Printed("2.6.2, Table 2", "chance level", 54.3, "%")
 ABOVE_CHANCE = {
@@ -228,12 +225,12 @@ SIM1_ACCURACY = {
     35: Printed("3.3, Fig 4A", "SIM1, choice accuracy at episode 35", 0.7, words="about 70 %"),
     100: Printed("Abstract, 3.3, Fig 4A", "SIM1, choice accuracy at episode 100", 0.8, words="about 80 %"),
 }
-# Episodes -> how long they take, at two seconds a trial; a range where the paper prints one.
-MINUTES: dict[int, Printed[float] | Printed[tuple[float, float]]] = {
+# Episodes -> how long they take, at two seconds a trial.
+SIM1_MINUTES = {
     35: Printed("3.3", "SIM1, 35 episodes, at 2 s a trial", 6.0, words="about 6 min"),
     100: Printed("Abstract, 3.3", "SIM1, 100 episodes, at 2 s a trial", 17.0, words="about 17 min"),
-    40: Printed("3.3", "SIM3: 40 episodes, at 2 s a trial", (6.0, 7.0), words="6 to 7 min"),
 }
+SIM3_MINUTES = {40: Printed("3.3", "SIM3: 40 episodes, at 2 s a trial", (6.0, 7.0), words="6 to 7 min")}
 SIM2_ORDER = Printed("3.3, Fig 4B", "SIM2: better decoders learn faster", "50 < emp. < 60 < 70 < 80 %")
 SIM2_50 = Printed("3.3, Fig 4B", "SIM2: a decoder of 50 %", "learns nothing")
 SIM3_LOSS = Printed("3.3, Fig 4C", "SIM3: relearning", "no notable loss in the long run")

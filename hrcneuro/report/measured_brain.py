@@ -155,4 +155,3 @@ def _decoding(results: Results, planted: _Planted) -> dict[str, Measured]:
 def _cells(summary: Mapping, key: tuple[str, str]) -> list[Mapping]:
     cell = summary.get(key[0], {}).get(key[1])
     return [cell] if cell else []
-

@@ -97,7 +97,9 @@ def _channels(results: Results) -> dict[str, Measured]:
     if replaced:
         fewest, most = published.REPLACED_CHANNELS.value
         agrees = fewest <= min(replaced) and max(replaced) <= most
-        measured["replaced"] = Measured(f"{min(replaced)} to {max(replaced)}", agrees, "eeg", "within the printed range")
+        measured["replaced"] = Measured(
+            f"{min(replaced)} to {max(replaced)}", agrees, "eeg", "within the printed range"
+        )
     units = results.units("epoch")
     summaries = {u: results.summary("epoch", u) for u in units}
     if not units:
