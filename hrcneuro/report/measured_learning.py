@@ -51,7 +51,7 @@ def _first(curves: pd.DataFrame) -> dict[str, Measured]:
 
 
 def _minutes() -> dict[str, Measured]:
-    """Return the paper's own arithmetic, whatever this run simulates: its episodes of ten events, at 1 and 2 s a trial."""
+    """Return the paper's own arithmetic, whatever this run simulates: episodes of ten events at 1 and 2 s a trial."""
     measured = {}
     rounded = {n: (about.value - 0.5, about.value + 0.5) for n, about in published.SIM1_MINUTES.items()}
     for episodes, (low, high) in (rounded | {n: p.value for n, p in published.SIM3_MINUTES.items()}).items():
