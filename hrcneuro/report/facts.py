@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hrcneuro.paradigm.grid import SIZE, STEPS
 from hrcneuro.report.results import Results
 
 
@@ -33,8 +34,8 @@ def gather(results: Results) -> SimpleNamespace:
         source_sfreq=_hz(results.summary("preprocess", u).get("source_sfreq") for u in results.units("preprocess")),
         sfreq=_hz(results.summary("preprocess", u).get("sfreq") for u in results.units("preprocess")),
         loop_hz=_hz(r.get("loop_hz") for r in robots),
-        grid_edge=f"{7 * cell.tile:g} × {7 * cell.tile:g} m",
-        far_edge=f"{cell.near_edge + 7 * cell.tile:g} m",
+        grid_edge=f"{SIZE * cell.tile:g} × {SIZE * cell.tile:g} m",
+        far_edge=f"{cell.near_edge + SIZE * cell.tile:g} m",
         conditions=sum(name.count("_") == 1 for name in settings.shared.conditions),
         problems=len(settings.shared.problems),
         levels=", ".join(f"{v:g}" for v in model.levels) + " %",
@@ -89,15 +90,17 @@ def _session(tables: list[pd.DataFrame]) -> dict[str, Any]:
 
 
 def steps(moves: pd.DataFrame) -> np.ndarray:
-    """Return the Manhattan distance from start to goal of every episode.
+    """Return the Manhattan distance from start to goal of every episode: ndarray, shape (n_episodes,), tiles.
 
     The log has no start: it is where the first move came from. An episode ends on its goal.
+
+    Args:
+        moves: Rows of ``trials.parquet``; a column ``unit`` tells several subjects apart.
     """
-    shift = {"N": (-1, 0), "S": (1, 0), "W": (0, -1), "E": (0, 1)}
     keys = [k for k in ("unit", "block", "episode") if k in moves]
     ordered = moves.sort_values([*keys, "trial"])
     first, last = ordered.groupby(keys).first(), ordered.groupby(keys).last()
-    executed = [shift.get(str(d), (0, 0)) for d in ordered.groupby(keys).nth(0)["executed"]]
+    executed = [STEPS.get(str(d), (0, 0)) for d in ordered.groupby(keys).nth(0)["executed"]]
     start = first[["row", "col"]].to_numpy(int) - np.array(executed)
     return np.abs(last[["row", "col"]].to_numpy(int) - start).sum(axis=1)
 

@@ -15,7 +15,7 @@ from hrcneuro.report.verdicts import Measured, near, spread
 
 PANELS = {"A": "HR-HH_before", "B": "HR-HH_after", "C": "RH-RR_before", "D": "RH-RR_after"}
 BEFORE = "RH-RR_before"
-Maps = Mapping[tuple[str, str], SignificanceMap]
+Maps = Mapping[tuple[str, str], SignificanceMap]  # by (scenario, contrast)
 
 
 def measure(results: Results) -> dict[str, Measured]:

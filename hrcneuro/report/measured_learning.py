@@ -136,7 +136,7 @@ def _balance(late: _Point) -> dict[str, Measured]:
 
 
 class _Point:
-    """The curves at one episode."""
+    """The learning curves at one episode: mean accuracy and its squared standard error, by simulation and variant."""
 
     def __init__(self, curves: pd.DataFrame, episode: int) -> None:
         here = curves[curves["episode"] == episode]

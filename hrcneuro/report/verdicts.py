@@ -76,7 +76,7 @@ class Grounds:
 
 
 def grounds(results: Results) -> Grounds:
-    """Return what the verdicts of a run rest on."""
+    """Return what the verdicts of a run rest on: what is real in it, and what is too small to be compared."""
     recordings = [results.summary("acquire", unit).get("real", {}) for unit in results.included("acquire")]
     real: dict[str, bool | None] = {}
     for name in ("eeg", "behaviour"):
@@ -113,13 +113,18 @@ def near(ours: np.ndarray, mean: float, sd: float, n: int = _SUBJECTS) -> tuple[
     """Return whether a mean lies within two standard errors of the difference from a published one, and the criterion.
 
     The published SD is taken for both, so that noisy data agree no more easily.
+
+    Args:
+        ours: ndarray, shape (n_subjects,), in the unit of ``mean`` and ``sd``.
+        mean, sd: As published.
+        n: Subjects behind them.
     """
     margin = 2 * sd * math.sqrt(1 / n + 1 / len(ours))
     return bool(abs(float(np.mean(ours)) - mean) <= margin), f"within ± {margin:.2g} of the printed mean"
 
 
 def spread(values: np.ndarray | list[float], digits: int = 1) -> str:
-    """Return mean ± SD (n - 1)."""
+    """Return mean ± SD (n - 1) of values, ndarray, shape (n,); the mean alone of one value."""
     values = np.asarray(values, float)
     sd = f" ± {values.std(ddof=1):.{digits}f}" if len(values) > 1 else ""
     return f"{values.mean():.{digits}f}{sd}"
