@@ -24,12 +24,12 @@ from hrcneuro.contract import plain
 
 # stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
 TABLES = {
-    "acquire": {"sNN/trials.parquet": "hrcneuro.sources.trials:TRIALS"},
+    "acquire": {"sNN/trials.parquet": "hrcneuro.tables.trials:TRIALS"},
     "preprocess": {
         "sNN/quality.parquet": "hrcneuro.tables.quality:quality_table",
         "sNN/timing.parquet": "hrcneuro.tables.quality:TIMING",
     },
-    "epoch": {"sNN/conditions.parquet": "hrcneuro.stages.epoch:_conditions_table"},
+    "epoch": {"sNN/conditions.parquet": "hrcneuro.tables.epoch:CONDITIONS"},
     "erp": {
         "sNN/averages.parquet": "hrcneuro.tables.contrasts:AVERAGES",
         "sNN/strata.parquet": "hrcneuro.tables.contrasts:STRATA",

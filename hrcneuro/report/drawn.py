@@ -27,15 +27,6 @@ class Drawing:
 
 DRAWINGS = (
     Drawing(
-        "quality_group",
-        "preprocess",
-        "fig_quality",
-        ("acquire", "preprocess"),
-        "Signal quality",
-        "Left: normalised kurtosis of every channel, replaced ones crossed. Middle and right, from 90 s in the middle "
-        "of up to four recordings, no excluded ones: spectra and the mean blink, as recorded and clean.",
-    ),
-    Drawing(
         "confound_panel",
         "decode",
         "fig_confound",
@@ -49,20 +40,16 @@ DRAWINGS = (
         "one to errors need not. Blue: trained on trials after no error alone, and scored on them; with fewer trials "
         "to learn from, accuracy is lost whatever is decoded. Brown: rules that never look at EEG.",
     ),
-    Drawing(
-        "moves",
-        "robot",
-        "fig_moves",
-        ("acquire", "robot"),
-        "Moves of all subjects",
-        "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: the 2 mm radius); "
-        "arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to motion.",
-    ),
 )
 
 
 # Pictures that join stages, by their names -> the chapter they belong to, and the name that a link shows.
-JOINT = {"fig2": ("erp", "Fig 2"), "fig3": ("erp", "Fig 3")}
+JOINT = {
+    "quality_group": ("preprocess", "Signal quality"),
+    "fig2": ("erp", "Fig 2"),
+    "fig3": ("erp", "Fig 3"),
+    "moves": ("robot", "Moves of all subjects"),
+}
 
 
 def joint(figures: list[Figure], folder: Path) -> dict[str, tuple[Drawing, Path]]:

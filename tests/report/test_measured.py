@@ -8,6 +8,7 @@ import pytest
 
 from hrcneuro.config import settings as config
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.published import SOA_MS
 from hrcneuro.report import measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
 
@@ -70,10 +71,10 @@ def test_durations_agree_in_mean_and_spread(shift, stretch, expected):
     z = np.resize([-1.0, 1.0], 1000)
     parts = [
         pd.DataFrame({"scenario": scenario, "soa_s": (mean + shift + stretch * sd * z) / 1000})
-        for scenario, (mean, sd) in measured_moves.TRIAL_MS.items()
+        for scenario, (mean, sd) in SOA_MS.items()
     ]
     found = measured_moves._durations(pd.concat(parts))
-    assert [found[f"soa {scenario}"].agrees for scenario in measured_moves.TRIAL_MS] == [expected, expected]
+    assert [found[f"soa {scenario}"].agrees for scenario in SOA_MS] == [expected, expected]
 
 
 def brain(*assignments):

@@ -14,9 +14,9 @@ from hrcneuro.eeg.resample import ratio
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_evokeds, write_epochs, write_raw
 from hrcneuro.io.tables import describe, read_lists, read_table, write_table
-from hrcneuro.sources.trials import TRIALS
 from hrcneuro.stages import epoch, erp
 from hrcneuro.tables.quality import TIMING
+from hrcneuro.tables.trials import TRIALS
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 
