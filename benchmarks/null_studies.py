@@ -24,6 +24,7 @@ from hrcneuro.analyses import contrasts, decode_group, strata
 from hrcneuro.decoding import problem
 from hrcneuro.decoding.decoders import Decoders
 from hrcneuro.decoding.recipes import BUILTIN
+from hrcneuro.decoding.scheme import Scheme
 from hrcneuro.eeg.contrasts import Averages
 from hrcneuro.eeg.evoked import averages, subtract_baseline
 from hrcneuro.eeg.morlet import Wavelets
@@ -68,9 +69,9 @@ RESPONSE_UV = 6.0
 DECODED = 11
 PROBLEMS = [(scenario, name) for scenario in ("sC", "iC") for name in ("HHvsHR", "RRvsRH")]
 DECODERS = ("rlda", "rlda_600")
-SCHEME = problem.Scheme(n_folds=5, n_repeats=1, n_permutations=0)
+SCHEME = Scheme(folds=5, repeats=1, permutations=0)
 # Three of sixty labellings, the true one among them: 5 % exactly.
-PERMUTED = replace(SCHEME, n_permutations=59)
+PERMUTED = replace(SCHEME, permutations=59)
 
 
 def noise(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -139,7 +140,7 @@ def decoding(rng: np.random.Generator) -> Found:
     rows = []
     for scenario, name in PROBLEMS:
         for subject in range(DECODED):
-            trials = problem.Trials(rng.permutation(48) < 17, None)
+            trials = problem.LabelledTrials(rng.permutation(48) < 17, None)
             plan = problem.draw_plan(trials, SCHEME, rng)
             for decoder, score, _ in scorers(noise(rng, 48)).of(np.arange(48)):
                 rates = problem.decode(trials, plan, SCHEME, score).fold_rates.mean()
@@ -164,7 +165,7 @@ def one_subject(rng: np.random.Generator) -> Found:
     epochs_uv = noise(rng, len(labels)) + 3 * blocks[:, None, None] * GAIN * np.exp(-0.5 * ((TIMES - 0.3) / 0.1) ** 2)
     found = {}
     for name, known in (("within block", blocks), ("over all blocks (**fails on purpose**)", None)):
-        trials = problem.Trials(labels, known)
+        trials = problem.LabelledTrials(labels, known)
         plan = problem.draw_plan(trials, PERMUTED, rng)
         _, score, _ = next(scorers(epochs_uv).of(np.arange(len(labels))))
         found[f"one subject, labels permuted {name}"] = (

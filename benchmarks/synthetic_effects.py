@@ -17,7 +17,8 @@ from threadpoolctl import threadpool_limits
 
 from hrcneuro.decoding.decoders import rlda
 from hrcneuro.decoding.features import window_means
-from hrcneuro.decoding.problem import Scheme, Trials, decode, draw_plan
+from hrcneuro.decoding.problem import LabelledTrials, decode, draw_plan
+from hrcneuro.decoding.scheme import Scheme
 from hrcneuro.eeg.cleaning import CleaningParams, Signals, clean
 from hrcneuro.eeg.interpolation import sphere_centre
 from hrcneuro.eeg.synthetic import EFFECTS, SyntheticParams
@@ -48,8 +49,9 @@ def subject(unit: str, *, effect: str, size: float | None, sfreq: float, seed: i
             rows = ((trials["scenario"] == scenario) & case.isin([first, second])).to_numpy(bool)
             features = window_means(cleaned.eeg[:, start[rows][:, None] + window].transpose(1, 0, 2), window / rate)
             cues = {c: trials.loc[rows, c].to_numpy(bool) for c in CUES}
-            problem = Trials((case[rows] == second).to_numpy(bool), trials.loc[rows, "block"].to_numpy(int), cues)
-            scheme = Scheme(n_repeats=repeats, n_permutations=0)
+            blocks = trials.loc[rows, "block"].to_numpy(int)
+            problem = LabelledTrials((case[rows] == second).to_numpy(bool), blocks, cues)
+            scheme = Scheme(repeats=repeats, permutations=0)
             plan = draw_plan(problem, scheme, np.random.default_rng([seed, 1]))
             result = decode(problem, plan, scheme, rlda(features, shrinkage=0.9), permute=False)
             name = f"{scenario} {first}vs{second}"

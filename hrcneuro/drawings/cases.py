@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
 
 if TYPE_CHECKING:
     from hrcneuro.figures.cases import CasePanel
@@ -91,8 +91,8 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
-            "fig2.png": f"Fig 2. Both scenarios together. {_SIGNIFICANT}",
-            "fig3.png": f"Fig 3. Each scenario alone. {_SIGNIFICANT}",
+            "fig2.png": Caption(f"Both scenarios together. {_SIGNIFICANT}", "Fig 2"),
+            "fig3.png": Caption(f"Each scenario alone. {_SIGNIFICANT}", "Fig 3"),
         },
         reads=(
             Read("erp", ("erp_stats.parquet", "channels.parquet"), Of.GROUP),
@@ -101,4 +101,5 @@ DRAWINGS = Drawings(
         options=("erp.channel", "erp.correction", "erp.alpha", "ersp.correction", "ersp.alpha"),
         draw=draw,
     ),
+    chapter="erp",
 )

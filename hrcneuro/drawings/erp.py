@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Read
 
 if TYPE_CHECKING:
     from hrcneuro.tables.maps import GroupMaps
@@ -82,8 +82,10 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
     subject=Drawing(
         captions={
-            "erp_subject.png": "One subject's potentials with standard errors over trials; their difference with its "
-            "confidence interval, and maps of it (of the potential itself where the study has no contrast)"
+            "erp_subject.png": Caption(
+                "One subject's potentials with standard errors over trials; their difference with its "
+                "confidence interval, and maps of it (of the potential itself where the study has no contrast)"
+            )
         },
         reads=(Read("erp", ("waveforms.parquet", "channels.parquet")),),
         options=(*_SHOWN, "erp.contrasts", "erp.overlap"),
@@ -91,12 +93,21 @@ DRAWINGS = Drawings(
     ),
     group=Drawing(
         captions={
-            "erp.png": "Grand averages of each contrast, its first condition in colour, its second in grey, with "
-            "standard errors over subjects; below them the mean difference with its confidence interval, above them "
-            "maps of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
-            "erp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
-            "erp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in "
-            "what is coming (turn): what remains of the difference does not stem from that",
+            "erp.png": Caption(
+                "Grand averages of each contrast, its first condition in colour, its second in grey, with "
+                "standard errors over subjects; below them the mean difference with its confidence interval, above "
+                "them "
+                "maps of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
+                "ERP of all contrasts",
+            ),
+            "erp_scenarios.png": Caption(
+                "The same contrasts in each scenario alone (the paper's Fig 3)", "ERP by scenario"
+            ),
+            "erp_strata.png": Caption(
+                "The contrasts among trials that are alike in what went before (previous error) and in "
+                "what is coming (turn): what remains of the difference does not stem from that",
+                "ERP within strata",
+            ),
         },
         reads=(Read("erp", ("erp_stats.parquet", "erp_strata.parquet", "channels.parquet")),),
         options=(*_SHOWN, "erp.correction", "erp.alpha"),

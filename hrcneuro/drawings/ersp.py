@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Read
 
 if TYPE_CHECKING:
     from hrcneuro.tables.maps import GroupMaps
@@ -59,8 +59,10 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
     subject=Drawing(
         captions={
-            "ersp_subject.png": "One subject's difference of mean magnitudes (of the magnitude itself, over its mean "
-            "in time, where the study has no contrast)"
+            "ersp_subject.png": Caption(
+                "One subject's difference of mean magnitudes (of the magnitude itself, over its mean "
+                "in time, where the study has no contrast)"
+            )
         },
         reads=(Read("ersp", ("ersp.parquet",)),),
         options=("ersp.channels", "ersp.contrasts"),
@@ -68,11 +70,18 @@ DRAWINGS = Drawings(
     ),
     group=Drawing(
         captions={
-            "ersp.png": "Differences of mean magnitudes over subjects; full colour where significant (as in the "
-            "paper's Fig 2)",
-            "ersp_scenarios.png": "The same contrasts in each scenario alone (the paper's Fig 3)",
-            "ersp_strata.png": "The contrasts among trials that are alike in what went before (previous error) and in "
-            "what is coming (turn)",
+            "ersp.png": Caption(
+                "Differences of mean magnitudes over subjects; full colour where significant (as in the paper's Fig 2)",
+                "ERSP of all contrasts",
+            ),
+            "ersp_scenarios.png": Caption(
+                "The same contrasts in each scenario alone (the paper's Fig 3)", "ERSP by scenario"
+            ),
+            "ersp_strata.png": Caption(
+                "The contrasts among trials that are alike in what went before (previous error) and in "
+                "what is coming (turn)",
+                "ERSP within strata",
+            ),
         },
         reads=(Read("ersp", ("ersp_stats.parquet", "ersp_strata.parquet")),),
         options=("ersp.channels", "ersp.correction", "ersp.alpha"),

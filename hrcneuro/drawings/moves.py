@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
 
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
@@ -27,8 +27,12 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
-            "moves.png": "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: "
-            "the 2 mm radius); arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to motion."
+            "moves.png": Caption(
+                "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: "
+                "the 2 mm radius); arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to "
+                "motion",
+                "Moves of all subjects",
+            )
         },
         reads=(
             Read("acquire", ("trials.parquet",), Of.INCLUDED, required=False),
@@ -37,4 +41,5 @@ DRAWINGS = Drawings(
         options=(),
         draw=draw,
     ),
+    chapter="robot",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
 
 if TYPE_CHECKING:
     import mne
@@ -67,9 +67,12 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "mne", "numpy", "pandas", "pyarrow", "scipy"),
     group=Drawing(
         captions={
-            "quality_group.png": "Signal quality. Left: normalised kurtosis of every channel, replaced ones crossed. "
-            "Middle and right, from 90 s in the middle of up to four recordings, no excluded ones: spectra and the "
-            "mean blink, as recorded and clean"
+            "quality_group.png": Caption(
+                "Left: normalised kurtosis of every channel, replaced ones crossed. "
+                "Middle and right, from 90 s in the middle of up to four recordings, no excluded ones: spectra and the "
+                "mean blink, as recorded and clean",
+                "Signal quality",
+            )
         },
         # A subject whose recording failed is missing from the picture; the others are drawn.
         reads=(
@@ -80,4 +83,5 @@ DRAWINGS = Drawings(
         options=(),
         draw=draw,
     ),
+    chapter="preprocess",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Read
 
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
@@ -27,11 +27,17 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     subject=Drawing(
         captions={
-            "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm "
-            "radius",
-            "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
-            "reach.png": "The cell, how far each of its tiles is from a singularity, and how fast the joints must turn "
-            "there",
+            "robot.png": Caption(
+                "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
+                "Path and tracking error",
+            ),
+            "timing.png": Caption(
+                "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's", "Timing"
+            ),
+            "reach.png": Caption(
+                "The cell, how far each of its tiles is from a singularity, and how fast the joints must turn there",
+                "Cell",
+            ),
         },
         reads=(Read("robot", ("telemetry.parquet", "moves.parquet", "timing.parquet", "reach.parquet")),),
         options=("robot.backend", "robot.cell"),

@@ -24,6 +24,7 @@ class Figure:
     unit: str
     path: Path
     caption: str
+    title: str
 
 
 class Results:
@@ -98,9 +99,9 @@ class Results:
         for item in sorted(self.drawn, key=lambda i: (i.unit != GROUP, i.unit)):
             drawing = drawn.group if item.unit == GROUP else drawn.subject
             if item.stage == name + FIGURES and drawing:
-                captions = drawing.captions
-                found += [Figure(name, item.unit, Path(item.artifacts[n]), captions[n]) for n in captions
-                          if n in item.artifacts]  # fmt: skip
+                for file, caption in drawing.captions.items():
+                    if file in item.artifacts:
+                        found.append(Figure(name, item.unit, Path(item.artifacts[file]), caption.text, caption.title))
         return found
 
     @property

@@ -263,6 +263,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
 
 STAGE = Stage(
     name="acquire",
+    title="Recordings",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "mne", "pymatreader"),
     check=check,

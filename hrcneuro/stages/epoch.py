@@ -172,6 +172,7 @@ def _listed(reasons: dict[str, int]) -> str:
 
 STAGE = Stage(
     name="epoch",
+    title="Trials and conditions",
     config=Config,
     libraries=("numpy", "mne", "pandas", "pyarrow"),
     check=check,

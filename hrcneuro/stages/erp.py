@@ -236,6 +236,7 @@ def _pair(comment: str) -> tuple[str, str]:
 
 STAGE = Stage(
     name="erp",
+    title="Potentials",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "pyarrow", "mne"),
     check=check,

@@ -139,6 +139,7 @@ def _adjacency(inputs: Inputs, axes: dict[str, Any]) -> Any:
 
 STAGE = Stage(
     name="ersp",
+    title="Rhythms",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "pyarrow", "mne"),
     check=check,

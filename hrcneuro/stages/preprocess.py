@@ -221,6 +221,7 @@ def _ahead(signals: Signals, cleaned: Cleaned, config: Config) -> list[str]:
 
 STAGE = Stage(
     name="preprocess",
+    title="Signal quality",
     config=Config,
     libraries=("numpy", "scipy", "mne", "pandas", "pyarrow"),
     check=check,

@@ -280,6 +280,7 @@ def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.E
 
 STAGE = Stage(
     name="robot",
+    title="The arm",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "pyarrow", "ruckig"),
     check=check,

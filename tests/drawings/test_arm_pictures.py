@@ -14,6 +14,7 @@ from hrcneuro.drawings import moves, robot
 from hrcneuro.io.tables import write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.stages import robot as stage
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The confound panel and the tables of decoding, from a finished study and from scores that are known."""
+"""The tables of decoding, from a finished study and from scores that are known."""
 
 import re
 from pathlib import Path
@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_hex
 
 from hrcneuro.analyses import decode_group
 from hrcneuro.config import settings as config
-from hrcneuro.pipeline import walk as pipeline
-from hrcneuro.report import chapters, fig_confound
+from hrcneuro.io.tables import write_table
+from hrcneuro.pipeline.item import Item, State
+from hrcneuro.report import chapters
 from hrcneuro.report.results import Results
 from hrcneuro.tables.decode import EXTRA, SCORES
 
@@ -27,7 +27,7 @@ def known(tmp_path_factory):
     rows = [
         {"subject": f"s{i:02d}", "scenario": scenario, "problem": "RRvsRH", "decoder": decoder, "note": ""}
         | {"class1": "RR_before", "class2": "RH_before", "n1": 236, "n2": 153, "n_folds": 10, "n_repeats": 10}
-        | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)}
+        | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "bacc_se", "chance", *EXTRA)}
         | {"permutation_bacc": rng.normal(55, 3), "p": 0.5}
         for i in range(11)
         for scenario in ("iC", "sC")
@@ -35,9 +35,10 @@ def known(tmp_path_factory):
     ]
     scores = pd.DataFrame(rows)[["subject", *SCORES.columns]]
     scores.loc[scores["subject"] == "s03", "prev_error_yes_bacc"] = np.nan
-    decode_group.write(scores, SETTINGS.sections["decode"], 1, out)
+    for name, (schema, frame) in decode_group.tables(scores, DECODERS, 1).items():
+        write_table(frame, out / name, schema)
     found = {path.name: str(path) for path in out.glob("*.parquet")}
-    return Results(SETTINGS, [pipeline.Item("decode", "group", state="hit", artifacts=found)])
+    return Results(SETTINGS, [Item("decode", "group", state=State.HIT, artifacts=found)])
 
 
 def cells(html, first):
@@ -85,20 +86,3 @@ def test_a_study_without_cues_has_no_table_of_strata(known):
     table2.loc[table2["measure"].astype(str).str.startswith(names), ["mean", "sd", "detectable"]] = np.nan
     assert "strata" in chapters._strata(table2[table2["decoder"] == DECODERS[0]].assign(mean=50.0))
     assert chapters._strata(table2[table2["decoder"] == DECODERS[0]]) == ""
-
-
-def test_the_confound_panel_tells_retrained_decoders_from_strata_and_shows_what_could_be_detected(known):
-    figure = fig_confound.draw(known)
-    table2 = known.table("decode", "group", "table2.parquet")
-    at = table2[table2["decoder"] == DECODERS[0]].set_index(["scenario", "measure"])
-    for axes, scenario in zip(figure.axes, ("iC", "sC"), strict=True):
-        labels = {round(-place): text for place, text in zip(axes.get_yticks(), fig_confound._ticks()[1], strict=True)}
-        marks = {m: {} for m in "D^"}
-        for line in axes.lines:
-            if line.get_marker() in marks:
-                marks[line.get_marker()][labels[int(-line.get_ydata()[0])]] = line
-        colour = {name: to_hex(line.get_color()) for name, line in marks["D"].items()}
-        assert colour["after no error"] == colour["turn ahead"] != colour["retrained after no error"]
-        detected = marks["^"]["retrained after no error"].get_xdata()[0]
-        assert detected == pytest.approx(at.loc[(scenario, "matched_bacc"), "detectable"])
-        assert not any(name.startswith("no EEG") for name in marks["^"])
