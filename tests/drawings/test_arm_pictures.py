@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hrcneuro.sources.trials import TRIALS, study_trials
 
 from hrcneuro.contract import Inputs, chosen
 from hrcneuro.drawings import moves, robot
