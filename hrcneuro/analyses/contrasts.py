@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.io.trials import read_trials as read_trials
 from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro.eeg.permutation import all_signs, random_signs
+
 # Up to here all flips are computed; beyond, as many are drawn at random.
 _EXACT_SUBJECTS = 16
 
@@ -59,10 +61,9 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     if not n:
         return float("nan")
     if n <= _EXACT_SUBJECTS:
-        flips = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
+        flips = all_signs(n)
     else:
-        flips = rng.choice([-1.0, 1.0], size=(2**_EXACT_SUBJECTS, n))
-        flips[0] = 1.0
+        flips = random_signs(n, rng, count=2**_EXACT_SUBJECTS)
     sums = flips @ found
     if two_sided:
         sums = np.abs(sums)

@@ -49,11 +49,21 @@ def sign_patterns(n: int, rng: np.random.Generator, *, exact_to: int, count: int
         count: Otherwise this number, opposites included.
     """
     if n <= exact_to:
-        bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1) & 1
-        return np.hstack([np.ones((len(bits), 1)), 1.0 - 2.0 * bits]), True
-    signs = rng.choice([-1.0, 1.0], size=(max(count // 2, 1), n))
+        rest = all_signs(n - 1)
+        return np.hstack([np.ones((len(rest), 1)), rest]), True
+    return random_signs(n, rng, count=max(count // 2, 1)), False
+
+
+def all_signs(n: int) -> Floats:
+    """Return every sign pattern of ``n`` subjects, ndarray, shape (2ⁿ, n); the first flips nobody."""
+    return 1.0 - 2.0 * (np.arange(2**n)[:, None] >> np.arange(n) & 1)
+
+
+def random_signs(n: int, rng: np.random.Generator, *, count: int) -> Floats:
+    """Return random sign patterns of ``n`` subjects, ndarray, shape (count, n); the first flips nobody."""
+    signs = rng.choice([-1.0, 1.0], size=(count, n))
     signs[0] = 1
-    return signs, False
+    return signs
 
 
 def t_values(x: Floats) -> Floats:

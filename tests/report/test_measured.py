@@ -71,7 +71,7 @@ def test_durations_agree_in_mean_and_spread(shift, stretch, expected):
     z = np.resize([-1.0, 1.0], 1000)
     parts = [
         pd.DataFrame({"scenario": scenario, "soa_s": (mean + shift + stretch * sd * z) / 1000})
-        for scenario, (mean, sd) in SOA_MS.items()
+        for scenario, (mean, sd) in ((s, printed.value) for s, printed in SOA_MS.items())
     ]
     found = measured_moves._durations(pd.concat(parts))
     assert [found[f"soa {scenario}"].agrees for scenario in SOA_MS] == [expected, expected]
