@@ -3,11 +3,11 @@
 import re
 import string
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from hrcneuro.config import settings as config
+from hrcneuro.pipeline.item import Item, State
 from hrcneuro.published import CHANCE, TABLE_2
 from hrcneuro.report import facts
 from hrcneuro.report.claims import CLAIMS, measure, rows
@@ -21,7 +21,7 @@ SUBJECTS = [f"s{i:02d}" for i in range(1, 13)]
 
 
 def item(stage, unit, summary):
-    return SimpleNamespace(stage=stage, unit=unit, key="k", state="hit", why=[], artifacts={}, summary=summary)
+    return Item(stage, unit, key="k", state=State.HIT, summary=summary)
 
 
 def decoded(acc=None, chance=CHANCE.value):
@@ -63,7 +63,7 @@ def test_every_parameter_that_can_be_read_has_a_value_of_this_run():
         for _, name, _, _ in string.Formatter().parse(given.ours):
             assert name is None or name.split(".")[0] in {"run", *settings.sections}, given
             if name and name.startswith("run."):
-                assert hasattr(about, name.removeprefix("run.")), printed
+                assert hasattr(about, name.removeprefix("run.")), given
 
 
 def test_what_no_run_measures_does_not_look_measured():

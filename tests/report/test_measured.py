@@ -8,6 +8,7 @@ import pytest
 
 from hrcneuro.config import settings as config
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.pipeline.item import Item, State
 from hrcneuro.published import SOA_MS
 from hrcneuro.report import measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
@@ -111,7 +112,7 @@ def test_the_printed_minutes_are_those_of_ten_events_an_episode(events, tmp_path
 def learned(folder, *assignments):
     """Return what is measured of a run of simulate that left its tables in a folder."""
     artifacts = {path.name: path for path in folder.iterdir()}
-    item = SimpleNamespace(stage="simulate", unit="group", state="hit", artifacts=artifacts, summary={})
+    item = Item("simulate", "group", state=State.HIT, artifacts=artifacts)
     return measured_learning.measure(Results(config.load(None, list(assignments)), [item]))
 
 
@@ -121,7 +122,7 @@ def learned(folder, *assignments):
 )
 def test_epochs_are_counted_as_excluded_for_their_amplitude_alone(reasons, text, agrees):
     summary = {"reasons": reasons, "rejected": sum(reasons.values()), "outlier": False}
-    item = SimpleNamespace(stage="epoch", unit="s01", state="hit", artifacts={}, summary=summary)
+    item = Item("epoch", "s01", state=State.HIT, summary=summary)
     found = measured_moves.measure(Results(config.load(None), [item]))["rejected"]
     assert found.agrees is agrees
     assert found.text == (text or "2 (1 for other reasons)")

@@ -10,7 +10,8 @@ import pytest
 
 from hrcneuro.config import settings as config
 from hrcneuro.pipeline.item import Item, State
-from hrcneuro.report import write_report
+from hrcneuro.pipeline.workdir import FIGURES
+from hrcneuro.report import _layout, write_report
 from hrcneuro.report.album import Album
 from hrcneuro.report.provenance import plain
 
@@ -116,11 +117,21 @@ def test_an_unchanged_report_is_left_alone_and_a_changed_one_redraws_only_what_c
     page, figure = path.stat().st_mtime_ns, (path.parent / "figures/fig2.png").stat().st_mtime_ns
     write_report(settings, items, path)
     assert path.stat().st_mtime_ns == page
-    fewer = [i for i in items if (i.stage, i.unit) != ("robot", "s03")]
+    fewer = [i for i in items if (i.stage.removesuffix(FIGURES), i.unit) != ("robot", "s03")]
     write_report(settings, fewer, path)
     assert path.stat().st_mtime_ns != page
     assert (path.parent / "figures/fig2.png").stat().st_mtime_ns == figure
     assert not list((path.parent / "figures/s03").glob("robot_robot.*"))
+
+
+def test_the_same_results_give_the_same_bytes(written, tmp_path):
+    settings, items, path = written
+    assert write_report(settings, items, tmp_path / "report.html").read_bytes() == path.read_bytes()
+
+
+def test_a_changed_template_style_or_script_writes_the_page_anew():
+    package = ROOT / "hrcneuro/report"
+    assert set(_layout()) == {p for p in package.rglob("*") if p.suffix in (".html", ".css", ".js")}
 
 
 def test_what_failed_or_has_not_run_is_said(written, tmp_path):
