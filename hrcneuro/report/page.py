@@ -128,7 +128,8 @@ class Page:
         if beside and not shown:
             shown = "<p>Composed with the potentials: <a href='#fig2'>Fig 2</a>, <a href='#fig3'>Fig 3</a>.</p>"
         return (
-            f"<section id='{stage}'><h2>{stages.load(stage).title}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
+            f"<section id='{stage}'><h2>{stages.load(stage).title}</h2>{plain}{shown}"
+            f"{chapters.tables(self.results, stage)}"
             f"{items(provenance.plain(notes))}"
             f"{fold(_APPENDIX, ''.join(map(self._figure, beside)))}"
             f"{self._subjects(stage)}</section>"
