@@ -17,7 +17,6 @@ PUBLISHED: dict[tuple[str, str], dict[str, tuple[float, float]]] = {
     ("iC", "RRvsRH"): {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)},
 }
 PUBLISHED_CHANCE = 54.3
-PUBLISHED_SOURCE = "Ehrlich et al. 2023, Table 2 (doi:10.1371/journal.pone.0287958)"
 
 # Up to here all flips are computed; beyond, as many are drawn at random.
 _EXACT_SUBJECTS = 16
