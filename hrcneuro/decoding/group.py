@@ -70,10 +70,7 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     n = len(found)
     if not n:
         return float("nan")
-    if n <= _EXACT_SUBJECTS:
-        flips = all_signs(n)
-    else:
-        flips = random_signs(n, rng, count=2**_EXACT_SUBJECTS)
+    flips = all_signs(n) if n <= _EXACT_SUBJECTS else random_signs(n, rng, count=2**_EXACT_SUBJECTS)
     sums = flips @ found
     if two_sided:
         sums = np.abs(sums)
