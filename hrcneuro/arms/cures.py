@@ -39,7 +39,7 @@ _FLAWS = {
 }
 
 
-def cured(error: BaseException) -> BaseException:
+def with_cure(error: BaseException) -> BaseException:
     """Return what the numbers of a session raise with what a person can do about it; any other error as it is."""
     if isinstance(error, ArmError):
         cure = _CAUSES[error.cause]

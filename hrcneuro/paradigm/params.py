@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hrcneuro.contract import option
+from hrcneuro.paradigm.design import T_F_S
 
 START_NEXT = ("at_rest", "in_radius")
 
@@ -39,8 +40,8 @@ class TimingParams:
     deviation left nothing to the moves.
     """
 
-    t_f_min_s: float = option(0.6, "shortest motion", unit="s", low=0, open_low=True)
-    t_f_max_s: float = option(1.2, "longest motion", unit="s", low=0, open_low=True)
+    t_f_min_s: float = option(T_F_S[0], "shortest motion", unit="s", low=0, open_low=True)
+    t_f_max_s: float = option(T_F_S[1], "longest motion", unit="s", low=0, open_low=True)
     t_f_mean_s: float = option(0.82, "mean duration of a motion", unit="s", low=0, open_low=True)
     t_f_sd_s: float = option(0.12, "its standard deviation", unit="s", low=0)
     reaction_mean_s: float = option(0.23, "a human's mean reaction time", unit="s", low=0)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from hrcneuro.contract import option
 from hrcneuro.paradigm.design import T_F_S
+from hrcneuro.paradigm.params import START_NEXT
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Pace:
 
     start_next: str = option(
         "at_rest", "when the next motion starts: once this one has ended, or within the radius, on the move",
-        choices=("at_rest", "in_radius"),
+        choices=START_NEXT,
     )  # fmt: skip
     pause_s: float = option(0.5, "rest on the start tile before an episode", unit="s", low=0.0, high=60.0)
     longest_gap_s: float = option(5.0, "a longer gap between onsets is cut to this", unit="s", low=0.0, high=600.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.arms.connection import Connection
 from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option
-from hrcneuro.errors import ConfigError, DataError, HardwareError, HrcError, StageError, StageInterrupted
+from hrcneuro.errors import ConfigError, DataError, HardwareError, HrcError, StageError, StageInterrupted, cured
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
 from hrcneuro.robot.tracking import Tracking
@@ -100,7 +100,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         HardwareError: Another session drives the arm; it was stopped, and the record until then is in
             ``rescue_folder``; or the markers' stream cannot be opened.
     """
-    from hrcneuro.arms.cures import cured
+    from hrcneuro.arms.cures import with_cure
     from hrcneuro.io.tables import read_table
     from hrcneuro.robot.plan import sampling_rate
     from hrcneuro.robot.session import run_session
@@ -117,7 +117,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             loop = stack.enter_context(_loop(config, workspace, inputs.unit, on_onset, stack))
             run_session(loop, workspace, moves, lead=config.lead_s, pace=config, on_executed=executed.append)
     except BaseException as error:
-        reason = cured(error)
+        reason = with_cure(error)
         if loop is not None and loop.record.telemetry().command.any():
             # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
             folder = Path(config.rescue_folder) / inputs.unit
@@ -131,15 +131,13 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Workspace]:
     """Return the moves, all of which the arm can make, and where it makes them."""
-    from hrcneuro.arms.cures import cured
-    from hrcneuro.robot.plan import check_durations, check_paths, grid_moves, plan, select
-    from hrcneuro.robot.workspace import Workspace
+    from hrcneuro.arms.cures import with_cure
+    from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, select
+    from hrcneuro.robot.workspace import CellError, Workspace
 
-    try:
+    foreign = "the robot stage replays the grid study only; leave it out for other paradigms"
+    with cured({ValueError: (DataError, foreign)}):
         logged = grid_moves(trials)
-    except ValueError as error:
-        cure = "the robot stage replays the grid study only; leave it out for other paradigms"
-        raise DataError(str(error), cure=cure) from error
     try:
         chosen = select(logged, config)
     except ValueError as error:
@@ -148,18 +146,14 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
             "true adds the practice blocks"
         )
         raise ConfigError(f"robot.{error}", cure=cure) from error
-    try:
+    with cured({ValueError: (DataError, "the log lost a row or is of another study: acquire the subject again")}):
         moves = plan(chosen, config)
-    except ValueError as error:
-        raise DataError(
-            str(error), cure="the log lost a row or is of another study: acquire the subject again"
-        ) from error
     try:
         workspace = Workspace(config.cell)
         check_durations(moves, workspace, acceleration=config.max_acceleration)
         check_paths(moves, workspace)
-    except ValueError as error:
-        raise cured(error) from error
+    except (CellError, TooQuick) as error:
+        raise with_cure(error) from error
     return moves, workspace
 
 

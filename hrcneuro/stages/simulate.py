@@ -35,7 +35,7 @@ SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
 
 
 @dataclass(frozen=True)
-class Config(RateParams, TaskParams, LearnerParams):
+class Config(LearnerParams, TaskParams, RateParams):
     """The values of §3.2 and the choices that the paper leaves open."""
 
     rates: str = option("paper", "where the empirical decoder comes from", choices=("paper", "decode", "replay"))
