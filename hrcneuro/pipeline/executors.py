@@ -105,10 +105,14 @@ class Processes:
         for worker in workers:
             worker.pipe.close() if kind is None else worker.process.terminate()
         deadline = time.monotonic() + _GRACE_S
-        for worker in workers:
-            worker.process.join(max(0.0, deadline - time.monotonic()))
-            worker.process.kill()
-        self._threads.shutdown()
+        try:
+            for worker in workers:
+                worker.process.join(max(0.0, deadline - time.monotonic()))
+        finally:
+            # Also where someone presses Ctrl-C again: they do not want to wait.
+            for worker in workers:
+                worker.process.kill()
+            self._threads.shutdown()
 
     def _run(self, call: Callable[..., Any], *args: Any) -> Any:
         worker = getattr(self._thread, "worker", None)

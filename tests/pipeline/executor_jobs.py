@@ -19,7 +19,8 @@ def kill_itself(after_s=0.0):
 
 
 def wait_for_a_file(path):
-    while not path.exists():
+    deadline = time.monotonic() + 60.0
+    while not path.exists() and time.monotonic() < deadline:
         time.sleep(0.01)
     return os.getpid()
 
