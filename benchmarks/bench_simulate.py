@@ -11,14 +11,18 @@ from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER
 from hrcneuro.learning.simulations import paper_simulations, run_curves
-from hrcneuro.learning.task import Task
+from hrcneuro.learning.task import JointTask
 
 LIMITS = {100: 1.5, 10_000: 60.0}
 
 
 def main(counts: list[int]) -> None:
     variants = paper_simulations(
-        Task(), empirical=CoinFlips(PAPER), levels=(50, 60, 70, 80), reassign="every", cases=((6, 3), (10, 5), (10, 2))
+        JointTask(),
+        empirical=CoinFlips(PAPER),
+        levels=(50, 60, 70, 80),
+        reassign="every",
+        cases=((6, 3), (10, 5), (10, 2)),
     )
     for repetitions in counts:
         times = []

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 
 class HrcError(Exception):
@@ -57,6 +58,27 @@ class StageInterrupted(KeyboardInterrupt):
         super().__init__(problem)
         self.problem = problem
         self.cure = cure
+
+
+Cures = Mapping[type[ValueError], tuple[type[HrcError], str]]
+"""What a numeric package raises -> what the user gets instead, and its cure."""
+
+
+@contextlib.contextmanager
+def cured(cures: Cures) -> Iterator[None]:
+    """Turn a ValueError of the numeric packages, which know no option, into an error that a person can act on.
+
+    Args:
+        cures: By the error's class, or the nearest that it derives from; ``{name}`` in a cure stands for an attribute
+            of the error. Other errors pass.
+    """
+    try:
+        yield
+    except ValueError as error:
+        kind, cure = next((cures[one] for one in type(error).__mro__ if one in cures), (None, ""))
+        if kind is None:
+            raise
+        raise kind(str(error), cure=cure.format_map(vars(error))) from error
 
 
 def did_you_mean(word: str, allowed: Iterable[str]) -> str:

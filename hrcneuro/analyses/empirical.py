@@ -13,8 +13,9 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.io.tables import read_table
 from hrcneuro.learning.decoder import CoinFlips, Decoder
+from hrcneuro.learning.params import RateParams, values_of
 from hrcneuro.learning.rates import Rates
-from hrcneuro.learning.replay import Held, Replay, Session, mean_rates
+from hrcneuro.learning.replay import DecodedRepeat, HeldOutTrials, Replay, mean_rates
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def empirical(config: Any, inputs: Inputs) -> Empirical:
         DataError: This run's decode artifacts lack a subject, a scenario, a problem, a decoder or a rate.
     """
     if config.rates == "paper":
-        rates = Rates(config.tnr_hh, config.tpr_hr, config.tnr_rr, config.tpr_rh)
+        rates = Rates(**values_of(RateParams, config))
         return Empirical(CoinFlips(rates), rates)
     units = inputs.units("decode")
     if not units:
@@ -47,14 +48,14 @@ def empirical(config: Any, inputs: Inputs) -> Empirical:
         rr, rh, hr, hh = (float(v) for v in np.mean([r.by_case for r in by_subject.values()], axis=0))
         rates = Rates(tnr_hh=hh, tpr_hr=hr, tnr_rr=rr, tpr_rh=rh)
         return Empirical(CoinFlips(rates), rates, {unit: CoinFlips(r) for unit, r in by_subject.items()})
-    sessions = {unit: _sessions(config, inputs, unit) for unit in units}
-    every = [s for some in sessions.values() for s in some]
-    return Empirical(Replay(every), mean_rates(every), {unit: Replay(some) for unit, some in sessions.items()})
+    repeats = {unit: _repeats(config, inputs, unit) for unit in units}
+    every = [s for some in repeats.values() for s in some]
+    return Empirical(Replay(every), mean_rates(every), {unit: Replay(some) for unit, some in repeats.items()})
 
 
 def _rates(config: Any, inputs: Inputs, unit: str) -> Rates:
     table = read_table(inputs.path("decode", "scores.parquet", unit=unit))
-    values: dict[str, tuple[float, float]] = {}
+    by_problem: dict[str, tuple[float, float]] = {}
     for problem in (config.after_human, config.after_robot):
         row = _only(table, config, problem, unit).iloc[0]
         if not (np.isfinite(row["tnr"]) and np.isfinite(row["tpr"])):
@@ -62,18 +63,18 @@ def _rates(config: Any, inputs: Inputs, unit: str) -> Rates:
                 f"decode of {unit} has no rates of {problem} in scenario {config.scenario}: {row['note']}",
                 cure=f"exclude the subject (study.exclude), or look at it: hrcneuro decode {unit}",
             )
-        values[problem] = (float(row["tnr"]), float(row["tpr"]))
-    (hh, hr), (rr, rh) = values[config.after_human], values[config.after_robot]
+        by_problem[problem] = (float(row["tnr"]), float(row["tpr"]))
+    (hh, hr), (rr, rh) = by_problem[config.after_human], by_problem[config.after_robot]
     return Rates(tnr_hh=hh, tpr_hr=hr, tnr_rr=rr, tpr_rh=rh)
 
 
-def _sessions(config: Any, inputs: Inputs, unit: str) -> list[Session]:
+def _repeats(config: Any, inputs: Inputs, unit: str) -> list[DecodedRepeat]:
     table = read_table(inputs.path("decode", "predictions.parquet", unit=unit))
-    human, robot = (_held(config, table, problem, unit) for problem in (config.after_human, config.after_robot))
-    return [Session(after_robot=robot[r], after_human=human[r]) for r in sorted(robot.keys() & human.keys())]
+    human, robot = (_held_out(config, table, problem, unit) for problem in (config.after_human, config.after_robot))
+    return [DecodedRepeat(after_robot=robot[r], after_human=human[r]) for r in sorted(robot.keys() & human.keys())]
 
 
-def _held(config: Any, table: pd.DataFrame, problem: str, unit: str) -> dict[int, Held]:
+def _held_out(config: Any, table: pd.DataFrame, problem: str, unit: str) -> dict[int, HeldOutTrials]:
     """Return repeat -> its held-out trials in recorded order."""
     rows = _only(table, config, problem, unit).sort_values(["repeat", "epoch"], kind="stable")
     if rows["label"].nunique() < 2:
@@ -81,11 +82,13 @@ def _held(config: Any, table: pd.DataFrame, problem: str, unit: str) -> dict[int
             f"decode of {unit} holds no trials of one class of {problem} in scenario {config.scenario}",
             cure=f"exclude the subject (study.exclude), or look at it: hrcneuro decode {unit}",
         )
-    found = {}
+    by_repeat = {}
     for repeat, part in rows.groupby("repeat"):
         block = part["block"].fillna(0).to_numpy(dtype=int)
-        found[int(str(repeat))] = Held(part["label"].to_numpy(dtype=int), part["score"].to_numpy(dtype=float), block)
-    return found
+        by_repeat[int(str(repeat))] = HeldOutTrials(
+            part["label"].to_numpy(dtype=int), part["score"].to_numpy(dtype=float), block
+        )
+    return by_repeat
 
 
 def _only(table: pd.DataFrame, config: Any, problem: str, unit: str) -> pd.DataFrame:

@@ -13,7 +13,8 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from hrcneuro.decoding.lda import discriminant
-from hrcneuro.errors import ConfigError
+from hrcneuro.decoding.refusals import EstimatorError, MissingLibraryError
+from hrcneuro.decoding.scheme import SHRINKAGE
 
 # The share of the variance below which a direction of the channels is empty. The common average and each interpolated
 # channel empty one; single precision, in which epochs are stored, leaves 1e-16 of the variance there. What is measured
@@ -65,7 +66,7 @@ class RegularizedLDA(_TwoClassLinear):
         shrinkage: λ in 0 … 1.
     """
 
-    def __init__(self, shrinkage: float = 0.9) -> None:
+    def __init__(self, shrinkage: float = SHRINKAGE) -> None:
         self.shrinkage = shrinkage
 
     def _solve(self, rows: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, float]:
@@ -121,7 +122,8 @@ def make(estimator: str, params: Mapping[str, float]) -> Any:
     """Return an unfitted estimator of a recipe.
 
     Raises:
-        ConfigError: The name or a parameter is unknown, or its library is not installed.
+        EstimatorError: The name or a parameter is unknown.
+        MissingLibraryError: Its library is not installed.
     """
     makers = {
         "rlda": RegularizedLDA,
@@ -130,14 +132,11 @@ def make(estimator: str, params: Mapping[str, float]) -> Any:
         "xdawn_tangent": _xdawn_tangent,
     }
     if estimator not in makers:
-        raise ConfigError(f"estimator {estimator!r} is not known", cure=f"use one of {', '.join(makers)}")
+        raise EstimatorError(f"estimator {estimator!r} is not known; allowed: {', '.join(makers)}")
     try:
         return makers[estimator](**params)
     except TypeError as error:
-        raise ConfigError(
-            f"the parameters {dict(params)} do not fit the estimator {estimator}: {error}",
-            cure="correct [decode.recipes]",
-        ) from error
+        raise EstimatorError(f"the parameters {dict(params)} do not fit the estimator {estimator}: {error}") from error
 
 
 def _xdawn_tangent(n_filters: float = 3) -> Any:
@@ -153,9 +152,8 @@ def _xdawn_tangent(n_filters: float = 3) -> Any:
         from pyriemann.estimation import XdawnCovariances
         from pyriemann.tangentspace import TangentSpace
     except ImportError as error:
-        raise ConfigError(
-            f"the decoder xdawn_tangent needs the library pyriemann, which cannot be imported: {error}",
-            cure="pip install pyriemann, or leave xdawn_tangent out of decode.decoders",
+        raise MissingLibraryError(
+            f"the decoder xdawn_tangent needs the library pyriemann, which cannot be imported: {error}"
         ) from error
     from mne.decoding import UnsupervisedSpatialFilter
     from sklearn.decomposition import PCA

@@ -11,6 +11,7 @@ from hrcneuro.decoding.crossval import Split
 from hrcneuro.decoding.lda import discriminant
 from hrcneuro.decoding.problem import Decode
 from hrcneuro.decoding.recipes import Recipe
+from hrcneuro.decoding.scheme import PAPER, Scheme
 
 
 class Decoders:
@@ -18,10 +19,12 @@ class Decoders:
 
     Args:
         recipes: Name -> recipe.
-        epochs_uv: Rows of the epochs -> array, shape (trials, channels, samples), microvolt.
-        times_s: Shape (samples,), seconds from the onset of the movement.
-        mean_window_s: The window whose mean the features remove.
-        shrinkage: λ of regularised LDA where a recipe names none.
+        epochs_uv: Rows of the epochs -> ndarray, shape (n_trials, n_channels, n_times), µV.
+        times_s: ndarray, shape (n_times,), s from the onset of the movement.
+        scheme: The window whose mean the features remove, and λ of regularised LDA where a recipe names none.
+
+    Raises:
+        EstimatorError, MissingLibraryError: A recipe's estimator cannot be made.
     """
 
     def __init__(
@@ -30,29 +33,33 @@ class Decoders:
         *,
         epochs_uv: Callable[[np.ndarray], np.ndarray],
         times_s: np.ndarray,
-        mean_window_s: features.Span = (0.0, 0.8),
-        shrinkage: float = 0.9,
+        scheme: Scheme = PAPER,
     ) -> None:
         self.recipes = recipes
         self.epochs_uv = epochs_uv
         self.times_s = times_s
-        self.mean_window_s = mean_window_s
-        self.shrinkage = shrinkage
+        start, end = scheme.mean_window_s
+        self.mean_window_s: features.Span = (start, end)
+        self.shrinkage = scheme.shrinkage
         for recipe in recipes.values():
             if recipe.estimator != "rlda":
                 # A wrong parameter or a missing library stops the run before the first fold.
                 _estimator(recipe)
 
     def of(self, rows: np.ndarray) -> Iterator[tuple[str, Decode, bool]]:
-        """Yield name, scorer and whether it is quick enough for permutations, for the trials ``rows`` of a problem."""
+        """Yield name, scorer and whether it is quick enough for permutations, for the trials ``rows`` of a problem.
+
+        Raises:
+            ValueError: The features cannot be computed, as :func:`.features.extract` says.
+        """
         epochs_uv = self.epochs_uv(rows)
-        found: dict[str, np.ndarray] = {}
+        extracted: dict[str, np.ndarray] = {}
         for name, recipe in self.recipes.items():
-            if recipe.features not in found:
-                found[recipe.features] = features.extract(
+            if recipe.features not in extracted:
+                extracted[recipe.features] = features.extract(
                     recipe.features, epochs_uv, self.times_s, mean_window_s=self.mean_window_s
                 )
-            yield name, *self._scorer(recipe, found[recipe.features])
+            yield name, *self._scorer(recipe, extracted[recipe.features])
 
     def _scorer(self, recipe: Recipe, data: np.ndarray) -> tuple[Decode, bool]:
         if recipe.estimator == "rlda":

@@ -8,7 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from hrcneuro.decoding.recipes import N_STEPS
-from hrcneuro.errors import DataError
+from hrcneuro.decoding.refusals import (
+    EmptyWindowError,
+    NoSignalError,
+    NotFiniteTrialsError,
+    VoltsError,
+    WindowOutsideError,
+)
+from hrcneuro.decoding.scheme import MEAN_WINDOW_S
 
 Span = tuple[float, float]
 
@@ -32,38 +39,40 @@ def window_means(
     times_s: np.ndarray,
     *,
     windows_s: Sequence[Span] = WINDOWS_S,
-    mean_window_s: Span = (0.0, 0.8),
+    mean_window_s: Span = MEAN_WINDOW_S,
 ) -> np.ndarray:
-    """Return the features of each trial, shape (trials, channels × windows), in microvolt.
+    """Return the features of each trial: ndarray, shape (n_trials, n_channels × n_windows), µV (paper 2.5.4).
 
     The mean of each channel over ``mean_window_s`` is removed first. Every window is half open, [start, end), so that
     neighbours share no sample. Order: all windows of the first channel (in the order of ``windows_s``), then of the
-    second, and so on; ``features.reshape(trials, channels, windows)`` takes it apart.
+    second, and so on; ``features.reshape(n_trials, n_channels, n_windows)`` takes it apart.
 
     Args:
-        epochs_uv: Shape (trials, channels, samples), microvolt.
-        times_s: Shape (samples,), seconds from the onset of the movement; any sampling rate.
+        epochs_uv: ndarray, shape (n_trials, n_channels, n_times), µV.
+        times_s: ndarray, shape (n_times,), s from the onset of the movement; any sampling rate.
         windows_s: Start and end of each window.
         mean_window_s: The window whose mean is removed (offline 0-0.8 s, online 0-0.6 s).
 
     Raises:
-        DataError: A window reaches past the epoch or holds no sample, or the data are not finite, all alike
-            or not in microvolt.
+        WindowOutsideError, EmptyWindowError: A window reaches past the epoch, or holds no sample.
+        NotFiniteTrialsError, NoSignalError, VoltsError: The data are not finite, all alike, or not in microvolt.
     """
     weights = window_weights(times_s, windows_s=windows_s, mean_window_s=mean_window_s)
     check_epochs(epochs_uv)
     return (epochs_uv @ weights.T).reshape(len(epochs_uv), -1)
 
 
-def extract(kind: str, epochs_uv: np.ndarray, times_s: np.ndarray, *, mean_window_s: Span = (0.0, 0.8)) -> np.ndarray:
-    """Return the features that a recipe names.
+def extract(
+    kind: str, epochs_uv: np.ndarray, times_s: np.ndarray, *, mean_window_s: Span = MEAN_WINDOW_S
+) -> np.ndarray:
+    """Return the features that a recipe names: ndarray, shape (n_trials, n_features).
 
     ``windows``: the study's, :func:`window_means`. ``windows_600``: the same with the 0-600 ms mean removed. ``steps``:
-    twelve windows of 50 ms in 0-600 ms. ``windows_bands``: the study's and :func:`band_power`. ``epochs``: shape
-    (trials, channels, steps), averages over about 1/64 s in 0-600 ms.
+    twelve windows of 50 ms in 0-600 ms. ``windows_bands``: the study's and :func:`band_power`. ``epochs``: ndarray,
+    shape (n_trials, n_channels, n_steps), averages over about 1/64 s in 0-600 ms.
 
     Raises:
-        DataError: As :func:`window_means`.
+        ValueError: The features are not known, or as :func:`window_means`.
     """
     if kind == "windows_600":
         return window_means(epochs_uv, times_s, mean_window_s=ONLINE_MEAN_S)
@@ -83,13 +92,13 @@ def extract(kind: str, epochs_uv: np.ndarray, times_s: np.ndarray, *, mean_windo
 
 
 def band_power(epochs_uv: np.ndarray, times_s: np.ndarray, *, span_s: Span = (0.0, 0.6)) -> np.ndarray:
-    """Return the power of each trial and channel in theta, alpha and beta, shape (trials, channels × 3), in dB (µV²).
+    """Return the power in theta, alpha and beta: ndarray, shape (n_trials, n_channels × 3), dB (µV²).
 
     Hann-tapered periodogram of ``span_s`` after removing its mean, zero-padded to 1 Hz bins, averaged over each band.
     In dB the features have a spread of a few units, like the means in microvolt, so that one λ suits both.
 
     Raises:
-        DataError: The span reaches past the epoch.
+        WindowOutsideError: The span reaches past the epoch.
     """
     inside = _mean_weights(times_s, span_s) > 0
     sfreq = 1 / (times_s[1] - times_s[0])
@@ -105,10 +114,10 @@ def band_power(epochs_uv: np.ndarray, times_s: np.ndarray, *, span_s: Span = (0.
 
 
 def window_weights(times_s: np.ndarray, *, windows_s: Sequence[Span], mean_window_s: Span) -> np.ndarray:
-    """Return the weights of each sample in each feature, shape (windows, samples); each row sums to zero.
+    """Return the weights of each sample in each feature: ndarray, shape (n_windows, n_times); each row sums to zero.
 
     Raises:
-        DataError: A window reaches past the epoch or holds no sample.
+        WindowOutsideError, EmptyWindowError: A window reaches past the epoch, or holds no sample.
     """
     reference = _mean_weights(times_s, mean_window_s)
     return np.stack([_mean_weights(times_s, span) - reference for span in windows_s])
@@ -118,7 +127,8 @@ def check_epochs(epochs_uv: np.ndarray) -> None:
     """Refuse epochs that hold NaN or infinite samples, no signal at all, or volts.
 
     Raises:
-        DataError: With the first trial and channel concerned, or with the spread found.
+        NotFiniteTrialsError: With the first trial and channel concerned.
+        NoSignalError, VoltsError: With the value of all samples, or with their spread.
     """
     if not epochs_uv.size:
         return
@@ -126,26 +136,20 @@ def check_epochs(epochs_uv: np.ndarray) -> None:
     with np.errstate(invalid="ignore"):
         bad = np.argwhere(~np.isfinite(epochs_uv.sum(axis=2)))
     if len(bad):
-        raise DataError(
+        raise NotFiniteTrialsError(
             f"{len(np.unique(bad[:, 0]))} of {len(epochs_uv)} trials hold samples that are not finite, the first in "
-            f"trial {bad[0, 0]}, EEG channel {bad[0, 1]} (both counted from 0)",
-            cure="look at the upstream stages: name the channel as bad (acquire.bads), then decode again",
+            f"trial {bad[0, 0]}, EEG channel {bad[0, 1]} (both counted from 0)"
         )
     sample = epochs_uv[:50]
     deviations = np.abs(sample - np.median(sample))
     # Samples that do not deviate, as those of flat channels, tell nothing of the unit.
     deviations = deviations[deviations > 0]
     if not deviations.size:
-        raise DataError(
-            f"the epochs hold no signal: every sample is {sample.flat[0]:g}",
-            cure="look at quality.png of preprocess: all channels are flat, or the only one was referenced to itself "
-            "(preprocess.reference)",
-        )
+        raise NoSignalError(f"the epochs hold no signal: every sample is {sample.flat[0]:g}")
     spread = float(np.median(deviations))
     if spread < _SMALLEST_SPREAD_UV:
-        raise DataError(
-            f"the epochs' median deviation is {spread:.3g}; in microvolt it is above {_SMALLEST_SPREAD_UV:g}",
-            cure="they seem to be in volts: multiply by 1e6 (the regularisation has a unit: microvolt squared)",
+        raise VoltsError(
+            f"the epochs' median deviation is {spread:.3g}; in microvolt it is above {_SMALLEST_SPREAD_UV:g}"
         )
 
 
@@ -153,13 +157,10 @@ def _mean_weights(times_s: np.ndarray, span: Span) -> np.ndarray:
     start, end = span
     step = times_s[1] - times_s[0] if len(times_s) > 1 else 0.0
     if times_s[0] > start + _SLACK_S or times_s[-1] + step < end - _SLACK_S:
-        raise DataError(
-            f"the window {start:g}-{end:g} s reaches past the epoch, {times_s[0]:g}-{times_s[-1]:g} s",
-            cure="make the epochs longer (epoch.tmin, epoch.tmax) or the window shorter",
+        raise WindowOutsideError(
+            f"the window {start:g}-{end:g} s reaches past the epoch, {times_s[0]:g}-{times_s[-1]:g} s"
         )
     inside = (times_s >= start - _SLACK_S) & (times_s < end - _SLACK_S)
     if not inside.any():
-        raise DataError(
-            f"the window {start:g}-{end:g} s holds no sample at {1 / step:g} Hz", cure="use a higher sampling rate"
-        )
+        raise EmptyWindowError(f"the window {start:g}-{end:g} s holds no sample at {1 / step:g} Hz")
     return inside / inside.sum()

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro.eeg.permutation import all_signs, random_signs
+
 # Ehrlich et al. 2023, Table 2: mean and SD over 11 subjects, percent; (scenario, problem) -> measure -> (mean, SD).
 PUBLISHED: dict[tuple[str, str], dict[str, tuple[float, float]]] = {
     ("sC", "HHvsHR"): {"tnr": (52.0, 3.7), "tpr": (51.4, 5.1), "acc": (51.9, 3.7)},
@@ -23,16 +25,24 @@ _EXACT_SUBJECTS = 16
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean and SD (n − 1) over the subjects that have a value, and what the test could have found."""
+    """Mean and SD (n − 1) over the subjects that have a value, in percent, and what the test could have found.
+
+    Attributes:
+        mean, sd: NaN without subjects, and with one.
+        n: Subjects with a value.
+        half_width: Half the width of the mean's 95 % interval (t distribution); NaN below two subjects.
+        detectable: As :func:`spread` says.
+    """
 
     mean: float
     sd: float
     n: int
+    half_width: float
     detectable: float
 
 
 def spread(values: np.ndarray) -> Spread:
-    """Return mean, SD and n of the finite values, and the smallest mean detected with 80 % power.
+    """Return mean, SD, n and interval of the finite values, and the smallest mean detected with 80 % power.
 
     ``detectable`` is 50 plus the effect, in percent, at which a one-sided test at 5 % of the mean against 50 finds the
     effect in four of five studies with this SD and n (noncentral t). NaN below three subjects, and where not even 100
@@ -42,8 +52,9 @@ def spread(values: np.ndarray) -> Spread:
     n = len(found)
     mean = float(found.mean()) if n else float("nan")
     sd = float(found.std(ddof=1)) if n > 1 else float("nan")
+    half_width = _t_quantile(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else float("nan")
     detectable = 50 + sd * _effect_for_power(n) if n > 2 else float("nan")
-    return Spread(mean, sd, n, detectable if detectable <= 100 else float("nan"))
+    return Spread(mean, sd, n, float(half_width), detectable if detectable <= 100 else float("nan"))
 
 
 def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool = False) -> float:
@@ -60,10 +71,9 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     if not n:
         return float("nan")
     if n <= _EXACT_SUBJECTS:
-        flips = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
+        flips = all_signs(n)
     else:
-        flips = rng.choice([-1.0, 1.0], size=(2**_EXACT_SUBJECTS, n))
-        flips[0] = 1.0
+        flips = random_signs(n, rng, count=2**_EXACT_SUBJECTS)
     sums = flips @ found
     if two_sided:
         sums = np.abs(sums)
@@ -82,10 +92,16 @@ def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:
     return adjusted
 
 
+def _t_quantile(quantile: float, df: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(quantile, df))
+
+
 def _effect_for_power(n: int, *, alpha: float = 0.05, power: float = 0.8) -> float:
     """Return the effect, in SD, that a one-sided one-sample t test of n subjects detects with ``power``."""
     from scipy.optimize import brentq
-    from scipy.stats import nct, t
+    from scipy.stats import nct
 
-    critical = t.ppf(1 - alpha, n - 1)
+    critical = _t_quantile(1 - alpha, n - 1)
     return float(brentq(lambda d: nct.sf(critical, n - 1, d * np.sqrt(n)) - power, 0.01, 20.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,6 +42,16 @@ def rates(labels: np.ndarray, scores: np.ndarray) -> tuple[float, float, float, 
     tpr = right_second / n_second if n_second else np.nan
     acc = (right_first + right_second) / len(labels) if len(labels) else np.nan
     return tnr, tpr, acc, (tnr + tpr) / 2, auc(labels, scores)
+
+
+def bacc_standard_error(tnr: float, tpr: float, n1: int, n2: int) -> float:
+    """Return the standard error of balanced accuracy from two binomial rates, in percent like them.
+
+    Args:
+        tnr, tpr: The rates, in percent.
+        n1, n2: Trials of class 1 and of class 2; more than none.
+    """
+    return math.sqrt(tnr * (100 - tnr) / n1 + tpr * (100 - tpr) / n2) / 2
 
 
 def auc(labels: np.ndarray, scores: np.ndarray) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from hrcneuro.decoding import baselines, chance, crossval, metrics
 from hrcneuro.decoding.crossval import Split
+from hrcneuro.decoding.scheme import Scheme
 
 # Labels and folds in, the held-out trials' scores out: a decoder together with its features of all trials.
 Decode = Callable[[np.ndarray, Sequence[Split]], list[np.ndarray]]
@@ -19,24 +20,13 @@ MATCHED_CUE = "prev_error"
 
 
 @dataclass(frozen=True)
-class Scheme:
-    """How often, in how many folds, and how balanced."""
-
-    n_folds: int = 10
-    n_repeats: int = 10
-    balance: str = "undersample"
-    n_permutations: int = 199
-    min_stratum: int = 5
-
-
-@dataclass(frozen=True)
-class Trials:
+class LabelledTrials:
     """The trials of a problem, in the order of the recording.
 
     Attributes:
-        labels: Shape (trials,), true for class 2 (takeover).
-        blocks: Shape (trials,), whole numbers; None where the study has no blocks.
-        cues: Name, one of ``CUES`` -> shape (trials,), bool; those that the study has.
+        labels: ndarray, shape (n_trials,), bool, true for class 2 (takeover).
+        blocks: ndarray, shape (n_trials,), int; None where the study has no blocks.
+        cues: Name, one of ``CUES`` -> ndarray, shape (n_trials,), bool; those that the study has.
     """
 
     labels: np.ndarray
@@ -80,7 +70,14 @@ class Stratum:
 class Decoded:
     """The results of one decoder on one problem; rates are fractions, NaN where a note says why.
 
-    ``permutation`` tests the balanced accuracy of one repeat, drawn for it, not that of ``fold_rates``; None without.
+    Attributes:
+        fold_rates: The rates of each fold.
+        scores: ndarray, shape (n_repeats, n_trials): in each repeat every trial is held out once.
+        lobo_bacc: Balanced accuracy with one block left out at a time.
+        matched_bacc: Balanced accuracy of decoders trained and tested on trials after no error.
+        strata: The held-out trials by cue and value.
+        permutation: The test of the balanced accuracy of one repeat, drawn for it, not that of ``fold_rates``; None
+            without.
     """
 
     fold_rates: metrics.FoldRates
@@ -91,7 +88,7 @@ class Decoded:
     permutation: chance.PermutationTest | None
 
 
-def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
+def draw_plan(trials: LabelledTrials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     """Return the folds of a problem; ``shuffled`` is empty where it has too few trials (a fallback says so).
 
     Each kind of fold has its own stream of random numbers: leaving one out changes no other.
@@ -99,14 +96,14 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     folds_rng, blocks_rng, matched_rng, permutation_rng = rng.spawn(4)
     seed = int(permutation_rng.integers(2**63))
     labels, smaller = trials.labels, min(trials.counts)
-    n_folds = crossval.feasible_folds(labels, scheme.n_folds)
+    n_folds = crossval.feasible_folds(labels, scheme.folds)
     if not n_folds:
         note = f"not computed: the smaller class has {smaller} trials; at least {crossval.SMALLEST_CLASS} are needed"
         return Plan([], [], [], (note,), (), seed)
     fallbacks, notes = [], []
-    if n_folds < scheme.n_folds:
-        fallbacks.append(f"{n_folds} instead of {scheme.n_folds} folds: the smaller class has {smaller} trials")
-    repeats: Any = {"n_repeats": scheme.n_repeats, "how": scheme.balance}
+    if n_folds < scheme.folds:
+        fallbacks.append(f"{n_folds} instead of {scheme.folds} folds: the smaller class has {smaller} trials")
+    repeats: Any = {"n_repeats": scheme.repeats, "how": scheme.balance}
     shuffled = crossval.shuffled_splits(labels, n_folds=n_folds, rng=folds_rng, **repeats)
 
     blockwise: list[Split] = []
@@ -118,11 +115,11 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     matched: list[Split] = []
     if MATCHED_CUE in trials.cues:
         kept = np.flatnonzero(~trials.cues[MATCHED_CUE])
-        if crossval.feasible_folds(labels[kept], scheme.n_folds) == scheme.n_folds:
-            inner = crossval.shuffled_splits(labels[kept], n_folds=scheme.n_folds, rng=matched_rng, **repeats)
+        if crossval.feasible_folds(labels[kept], scheme.folds) == scheme.folds:
+            inner = crossval.shuffled_splits(labels[kept], n_folds=scheme.folds, rng=matched_rng, **repeats)
             matched = [Split(s.repeat, s.fold, kept[s.train], kept[s.test]) for s in inner]
         else:
-            notes.append(f"matched retraining not computed: it needs {scheme.n_folds} trials a class after no error")
+            notes.append(f"matched retraining not computed: it needs {scheme.folds} trials a class after no error")
     missing = [cue for cue in CUES if cue not in trials.cues]
     if missing:
         notes.append(
@@ -132,7 +129,7 @@ def draw_plan(trials: Trials, scheme: Scheme, rng: np.random.Generator) -> Plan:
     return Plan(shuffled, blockwise, matched, tuple(fallbacks), tuple(notes), seed)
 
 
-def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permute: bool = True) -> Decoded:
+def decode(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, *, permute: bool = True) -> Decoded:
     """Return every result of one decoder on one problem.
 
     Args:
@@ -151,11 +148,11 @@ def decode(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode, *, permu
         lobo_bacc=_pooled(labels, plan.blockwise, decoder),
         matched_bacc=_pooled(labels, plan.matched, decoder, trials.cues.get(MATCHED_CUE)),
         strata=strata(trials, table, min_trials=scheme.min_stratum),
-        permutation=permutation_test(trials, plan, scheme, decoder) if permute and scheme.n_permutations else None,
+        permutation=permutation_test(trials, plan, scheme, decoder) if permute and scheme.permutations else None,
     )
 
 
-def strata(trials: Trials, score_table: np.ndarray, *, min_trials: int) -> tuple[Stratum, ...]:
+def strata(trials: LabelledTrials, score_table: np.ndarray, *, min_trials: int) -> tuple[Stratum, ...]:
     """Return the balanced accuracy of held-out trials in each stratum of each cue.
 
     The decoders were trained on all training trials: those retrained on matched ones learn from fewer and have less
@@ -173,7 +170,7 @@ def strata(trials: Trials, score_table: np.ndarray, *, min_trials: int) -> tuple
     return tuple(found)
 
 
-def label_free(trials: Trials, plan: Plan) -> dict[str, float]:
+def label_free(trials: LabelledTrials, plan: Plan) -> dict[str, float]:
     """Return ``CUE_rule_bacc`` and ``CUE_fitted_bacc`` of each cue: what can be decoded without EEG."""
     found = {}
     for cue, values in trials.cues.items():
@@ -183,9 +180,9 @@ def label_free(trials: Trials, plan: Plan) -> dict[str, float]:
     return found
 
 
-def permutation_test(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode) -> chance.PermutationTest:
+def permutation_test(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode) -> chance.PermutationTest:
     """Return the permutation test of the balanced accuracy: one repeat a labelling, labels shuffled within block."""
-    n_folds = crossval.feasible_folds(trials.labels, scheme.n_folds)
+    n_folds = crossval.feasible_folds(trials.labels, scheme.folds)
 
     def statistic(labels: np.ndarray, rng: np.random.Generator) -> float:
         splits = crossval.shuffled_splits(labels, n_folds=n_folds, n_repeats=1, how=scheme.balance, rng=rng)
@@ -194,7 +191,7 @@ def permutation_test(trials: Trials, plan: Plan, scheme: Scheme, decoder: Decode
     blocks = np.zeros(len(trials.labels), dtype=int) if trials.blocks is None else trials.blocks
     # Each decoder starts from the same state: the labellings do not depend on which decoders ran before.
     rng = np.random.default_rng(plan.permutation_seed)
-    return chance.permutation_test(trials.labels, blocks, statistic, n_permutations=scheme.n_permutations, rng=rng)
+    return chance.permutation_test(trials.labels, blocks, statistic, n_permutations=scheme.permutations, rng=rng)
 
 
 def _pooled(labels: np.ndarray, splits: list[Split], decoder: Decode, left_out: np.ndarray | None = None) -> float:

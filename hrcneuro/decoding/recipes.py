@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hrcneuro.contract import option
+from hrcneuro.decoding.scheme import SHRINKAGE
 
 FEATURES = ("windows", "windows_600", "steps", "windows_bands", "epochs")
 ESTIMATORS = ("rlda", "shrinkage_lda", "toeplitz_lda", "xdawn_tangent")
@@ -27,13 +28,13 @@ class Recipe:
 
 def misfits(recipe: Recipe) -> list[str]:
     """Return what of a recipe does not fit together, a sentence each: ``what is there; what is allowed``."""
-    found = []
+    sentences = []
     if recipe.features not in _FITTING[recipe.estimator]:
         allowed = ", ".join(_FITTING[recipe.estimator])
-        found.append(f"features = {recipe.features!r}; allowed for {recipe.estimator}: {allowed}")
+        sentences.append(f"features = {recipe.features!r}; allowed for {recipe.estimator}: {allowed}")
     given = dict(recipe.params)
     if recipe.estimator == "rlda":
-        good, allowed = 0 < given.pop("shrinkage", 0.9) <= 1, "0 < shrinkage <= 1"
+        good, allowed = 0 < given.pop("shrinkage", SHRINKAGE) <= 1, "0 < shrinkage <= 1"
     elif recipe.estimator == "toeplitz_lda":
         good, allowed = given.pop("n_times", 0) == N_STEPS, f"n_times = {N_STEPS}, and it must be given"
     elif recipe.estimator == "xdawn_tangent":
@@ -42,8 +43,8 @@ def misfits(recipe: Recipe) -> list[str]:
     else:
         good, allowed = True, "none"
     if given or not good:
-        found.append(f"params = {recipe.params}; allowed for {recipe.estimator}: {allowed}")
-    return found
+        sentences.append(f"params = {recipe.params}; allowed for {recipe.estimator}: {allowed}")
+    return sentences
 
 
 BUILTIN: dict[str, Recipe] = {

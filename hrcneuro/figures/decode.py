@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from hrcneuro.decoding.group import PUBLISHED
 from hrcneuro.figures.style import BLUE, GREY, INK, PLACED, save
 
 if TYPE_CHECKING:
@@ -29,18 +28,19 @@ _BELOW = {
 }
 
 
-def draw(scores: pd.DataFrame, path: Path) -> None:
+def draw(scores: pd.DataFrame, table2: pd.DataFrame, path: Path) -> None:
     """Save the forest plot of balanced accuracies.
 
     Args:
-        scores: One decoder's rows of scores.parquet with a column ``subject``; only computed ones.
+        scores: One decoder's rows of subjects.parquet; only computed ones.
+        table2: The same decoder's rows of table2.parquet.
         path: The PNG file; the PDF lies beside it.
     """
     with rc_context(PLACED):
-        save(_figure(scores), path)
+        save(_figure(scores, table2), path)
 
 
-def _figure(scores: pd.DataFrame) -> Figure:
+def _figure(scores: pd.DataFrame, table2: pd.DataFrame) -> Figure:
     panels = list(scores.groupby(["scenario", "problem"], sort=True))
     subjects = sorted(scores["subject"].unique())
     below = [name for name in _BELOW if np.isfinite(scores[name]).any()]
@@ -50,7 +50,10 @@ def _figure(scores: pd.DataFrame) -> Figure:
     figure = Figure(figsize=(1.8 + 2.1 * columns, height))
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for axis, ((scenario, problem), part) in zip(axes.flat, panels, strict=False):
-        _panel(axis, part, subjects, below, (str(scenario), str(problem)))
+        here = (table2["scenario"] == scenario) & (table2["problem"] == problem)
+        _panel(axis, part, table2[here].set_index("measure"), subjects, below)
+        classes = part.iloc[0]
+        axis.set_title(f"{scenario}: {classes['class1']} vs {classes['class2']}", fontsize=8)
     for axis in axes.flat[len(panels) :]:
         axis.set_axis_off()
     points = scores[below].to_numpy(dtype=float)
@@ -62,10 +65,10 @@ def _figure(scores: pd.DataFrame) -> Figure:
     return figure
 
 
-def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], below: list[str], key: tuple[str, str]) -> None:
+def _panel(axis: Axes, part: pd.DataFrame, group: Any, subjects: list[str], below: list[str]) -> None:
     rows = np.array([len(subjects) - subjects.index(s) for s in part["subject"]])
     bacc = part["bacc"].to_numpy(dtype=float)
-    half = 1.96 * _standard_error(part)
+    half = 1.96 * part["bacc_se"].to_numpy(dtype=float)
     axis.axvline(50, color=GREY, lw=1)
     axis.axhline(0.4, color=GREY, lw=0.5)
     axis.hlines(rows, bacc - half, bacc + half, color=INK, lw=1)
@@ -75,35 +78,22 @@ def _panel(axis: Axes, part: pd.DataFrame, subjects: list[str], below: list[str]
         free = "fitted" in name
         label = "without EEG" if free else "mean, 95 % interval over subjects"
         first = not any("fitted" in n for n in below[:place]) if free else place == 0
-        _mean(axis, part[name].to_numpy(dtype=float), -place, _FREE if free else _MEAN, label if first else "")
-    published = PUBLISHED.get(key)
+        # A stratum that few subjects have says nothing of the group.
+        if 2 * group.loc[name, "n"] >= len(part):
+            _mean(axis, group.loc[name], -place, _FREE if free else _MEAN, label if first else "")
     # The paper prints no balanced accuracy; it is the mean of its TNR and TPR.
-    mean = (published["tnr"][0] + published["tpr"][0]) / 2 if published else np.nan
-    axis.plot(mean, 0, "D", mfc="none", mec=_PAPER, ms=9, label="published mean")
+    published = (group.loc["tnr", "published_mean"] + group.loc["tpr", "published_mean"]) / 2
+    axis.plot(published, 0, "D", mfc="none", mec=_PAPER, ms=9, label="published mean")
     axis.set_yticks(
         [*range(len(subjects), 0, -1), *range(0, -len(below), -1)], [*subjects, *(_BELOW[n] for n in below)]
     )
     axis.set_ylim(0.3 - len(below), len(subjects) + 0.8)
-    classes = part.iloc[0]
-    axis.set_title(f"{key[0]}: {classes['class1']} vs {classes['class2']}", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
     axis.tick_params(axis="y", length=0)
 
 
-def _mean(axis: Axes, values: np.ndarray, row: int, colour: str, label: str) -> None:
-    from scipy.stats import t
-
-    found = values[np.isfinite(values)]
-    # A stratum that few subjects have says nothing of the group.
-    if 2 * len(found) < len(values):
-        return
-    if len(found) > 1:
-        half = t.ppf(0.975, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found))
-        axis.plot([found.mean() - half, found.mean() + half], [row, row], color=colour, lw=2)
-    axis.plot(found.mean(), row, "D", color=colour, ms=5, label=label or "_nolegend_")
-
-
-def _standard_error(part: pd.DataFrame) -> np.ndarray:
-    """Return the standard error of balanced accuracy from the two classes' sizes, in percent."""
-    terms = [part[rate] * (100 - part[rate]) / part[size] for rate, size in (("tnr", "n1"), ("tpr", "n2"))]
-    return np.sqrt(terms[0] + terms[1]).to_numpy(dtype=float) / 2
+def _mean(axis: Axes, row: Any, place: int, colour: str, label: str) -> None:
+    mean, half = float(row["mean"]), float(row["half_width"])
+    if np.isfinite(half):
+        axis.plot([mean - half, mean + half], [place, place], color=colour, lw=2)
+    axis.plot(mean, place, "D", color=colour, ms=5, label=label or "_nolegend_")

@@ -1,21 +1,20 @@
-"""The figures of the stage simulate."""
+"""The figures of simulated learning curves: Fig 4, and what the same rates teach that answer to errors."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from hrcneuro.figures.style import GREY, PLACED, VERMILION, save
-from hrcneuro.learning.milestones import first_at
-from hrcneuro.learning.simulations import Curve, Variant
+from hrcneuro.figures.style import GREY, INK, ORANGE, PLACED, SKY, VERMILION, save
 
 EMPIRICAL = VERMILION  # the curve that counts; the levels are ordered, so their colours are a ramp
 
@@ -25,41 +24,74 @@ _TOP = (
     ("C", "SIM3", "tasks reassigned"),
 )
 
-Pairs = list[tuple[Variant, Curve]]
-
 
 def fig4(
-    variants: Sequence[Variant], curves: Sequence[Curve], expected: Mapping[tuple[str, str], np.ndarray], path: Path
+    curves: pd.DataFrame, expected: pd.DataFrame, milestones: pd.DataFrame, relearning: pd.DataFrame, *, path: Path
 ) -> None:
-    """Draw Fig 4: A SIM1, B SIM2, C SIM3, D SIM4 with one plot a test case; A with the analytic expectation."""
-    pairs = list(zip(variants, curves, strict=True))
-    cases = list(dict.fromkeys(v.name.split()[0] for v, _ in pairs if v.simulation == "SIM4"))
-    colours = _colours([v.name for v, _ in pairs if v.simulation == "SIM2"])
+    """Draw Fig 4: A SIM1, B SIM2, C SIM3, D SIM4 with one plot a test case; A with the analytic expectation.
+
+    Args:
+        curves, expected, milestones, relearning: The rows of curves.parquet, analytic.parquet, milestones.parquet and
+            relearning.parquet.
+        path: The PNG file; the PDF lies beside it.
+    """
+    by_simulation = {str(name): part for name, part in curves.groupby("simulation", sort=False)}
+    fourth = by_simulation.get("SIM4", curves.iloc[:0])
+    cases = list(fourth.groupby(["subtasks", "chosen"], sort=False))
+    colours = _colours(list(by_simulation["SIM2"]["variant"].unique()))
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 5.0 if cases else 2.9))
         grid = figure.add_gridspec(2 if cases else 1, 12)
         for i, (letter, simulation, title) in enumerate(_TOP):
             axes = figure.add_subplot(grid[0, 4 * i : 4 * i + 4])
-            chosen = [(v, c) for v, c in pairs if v.simulation == simulation]
-            _panel(axes, chosen, f"{simulation}: {title}", colours)
+            _panel(axes, by_simulation[simulation], f"{simulation}: {title}", colours)
             _letter(axes, letter)
             if letter == "A":
-                _milestones(axes, chosen[0][1])
-                _expected(axes, expected.get(("SIM1", "emp")))
+                _milestones(axes, _empirical(milestones))
+                _expected(axes, _empirical(expected)["expected"].to_numpy())
                 axes.set_ylabel("choice accuracy")
             if letter == "C":
-                _reassignments(axes, chosen[0][0])
+                _reassignments(axes, relearning)
         edges = np.linspace(0, 12, max(len(cases), 1) + 1).astype(int)
-        for i, case in enumerate(cases):
+        for i, (_, part) in enumerate(cases):
+            n, m = int(part["subtasks"].iloc[0]), int(part["chosen"].iloc[0])
             axes = figure.add_subplot(grid[1, edges[i] : edges[i + 1]])
-            n, m = (int(part) for part in case.split("/"))
-            chosen = [(v, c) for v, c in pairs if v.simulation == "SIM4" and v.name.split()[0] == case]
-            _panel(axes, chosen, f"{n} subtasks\nhuman {m}, robot {n - m}", colours)
+            _panel(axes, part, f"{n} subtasks\nhuman {m}, robot {n - m}", colours)
             axes.set_ylabel("choice accuracy" if i == 0 else "")
             if i == 0:
                 _letter(axes, "D")
-        _legend(figure, colours, curves[0].n)
+        _legend(figure, colours, curves["n"].iloc[0])
         save(figure, path)
+
+
+def error_readers(curves: pd.DataFrame, path: Path) -> None:
+    """Draw learning from decoders of the same rates that answer to different things.
+
+    Args:
+        curves: The rows of confound.parquet.
+        path: The PNG file; the PDF lies beside it.
+    """
+    with rc_context(PLACED):
+        figure = Figure(figsize=(4.6, 3.2))
+        axes = figure.subplots()
+        by_variant = curves.groupby("variant", sort=False)
+        for (name, curve), colour in zip(by_variant, (EMPIRICAL, ORANGE, SKY, INK), strict=True):
+            _band(axes, curve, colour, alpha=0.2)
+            axes.plot(curve["episode"], curve["mean"], color=colour, lw=1.2, label=name)
+        axes.axhline(0.5, color=GREY, lw=0.7, ls=":")
+        axes.set(
+            title=f"the same rates, answering to … (95 % band, {curves['n'].iloc[0]} repetitions)",
+            xlabel="episode",
+            ylabel="choice accuracy",
+            xlim=(0, curves["episode"].max()),
+            ylim=(0.4, 1.02),
+        )
+        axes.legend(loc="upper left")
+        save(figure, path)
+
+
+def _empirical(table: pd.DataFrame) -> pd.DataFrame:
+    return table[(table["simulation"] == "SIM1") & (table["variant"] == "emp")]
 
 
 def _colours(names: Sequence[str]) -> dict[str, Any]:
@@ -68,18 +100,21 @@ def _colours(names: Sequence[str]) -> dict[str, Any]:
     return {"emp": EMPIRICAL, **dict(zip(levels, ramp, strict=False))}
 
 
-def _panel(axes: Axes, pairs: Pairs, title: str, colours: dict[str, Any]) -> None:
+def _panel(axes: Axes, curves: pd.DataFrame, title: str, colours: dict[str, Any]) -> None:
     axes.axhline(0.5, color=GREY, lw=0.7, ls=":")
-    for variant, curve in sorted(pairs, key=lambda pair: pair[0].name.endswith("emp")):
-        episode = np.arange(1, len(curve.mean) + 1)
-        colour = colours.get(variant.name.split()[-1])
+    for name, curve in sorted(curves.groupby("variant", sort=False), key=lambda pair: str(pair[0]).endswith("emp")):
+        colour = colours.get(str(name).split()[-1])
         if colour is None:  # one subject's decoder
-            axes.plot(episode, curve.mean, color=GREY, lw=0.5, alpha=0.7)
+            axes.plot(curve["episode"], curve["mean"], color=GREY, lw=0.5, alpha=0.7)
             continue
-        band = curve.half_width
-        axes.fill_between(episode, curve.mean - band, curve.mean + band, color=colour, alpha=0.25, linewidth=0)
-        axes.plot(episode, curve.mean, color=colour, lw=1.2)
-    axes.set(title=title, xlabel="episode", xlim=(0, len(pairs[0][1].mean)), ylim=(0.4, 1.02))
+        _band(axes, curve, colour, alpha=0.25)
+        axes.plot(curve["episode"], curve["mean"], color=colour, lw=1.2)
+    axes.set(title=title, xlabel="episode", xlim=(0, curves["episode"].max()), ylim=(0.4, 1.02))
+
+
+def _band(axes: Axes, curve: pd.DataFrame, colour: Any, *, alpha: float) -> None:
+    low, high = curve["mean"] - curve["half_width"], curve["mean"] + curve["half_width"]
+    axes.fill_between(curve["episode"], low, high, color=colour, alpha=alpha, linewidth=0)
 
 
 def _legend(figure: Figure, colours: dict[str, Any], n: int) -> None:
@@ -96,8 +131,8 @@ def _legend(figure: Figure, colours: dict[str, Any], n: int) -> None:
     )
 
 
-def _expected(axes: Axes, expected: np.ndarray | None) -> None:
-    if expected is None:
+def _expected(axes: Axes, expected: np.ndarray) -> None:
+    if not len(expected):
         return
     axes.plot(np.arange(1, len(expected) + 1), expected, color="black", lw=0.8, ls=(0, (4, 2)))
     axes.annotate(
@@ -110,22 +145,22 @@ def _expected(axes: Axes, expected: np.ndarray | None) -> None:
     )
 
 
-def _milestones(axes: Axes, curve: Curve) -> None:
-    for level in (0.7, 0.8):
-        episode = first_at(curve.mean, level)
-        if episode is not None:
-            axes.plot([0, episode, episode], [level, level, 0.4], color=GREY, lw=0.7, ls="--")
-            axes.annotate(
-                f"{level:.0%} at\nepisode {episode}",
-                (episode, 0.41),
-                xytext=(3, 1),
-                textcoords="offset points",
-                fontsize=7,
-            )
+def _milestones(axes: Axes, milestones: pd.DataFrame) -> None:
+    reached = milestones.drop_duplicates("level").dropna(subset="episode")
+    for level, episode in zip(reached["level"], reached["episode"].astype(int), strict=True):
+        axes.plot([0, episode, episode], [level, level, 0.4], color=GREY, lw=0.7, ls="--")
+        axes.annotate(
+            f"{level:.0%} at\nepisode {episode}",
+            (episode, 0.41),
+            xytext=(3, 1),
+            textcoords="offset points",
+            fontsize=7,
+        )
 
 
-def _reassignments(axes: Axes, variant: Variant) -> None:
-    for episode in np.flatnonzero(np.diff(variant.task.segment)) + 1:
+def _reassignments(axes: Axes, relearning: pd.DataFrame) -> None:
+    # The last assignment holds to the end.
+    for episode in sorted(relearning["episode"].unique())[:-1]:
         axes.axvline(episode + 0.5, color=GREY, lw=0.7, ls="--")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from hrcneuro.learning.rates import Rates
-from hrcneuro.learning.task import Task, taught
+from hrcneuro.learning.task import JointTask, taught
 
 
 def answer_probabilities(human: np.ndarray, rates: Rates) -> np.ndarray:
@@ -52,7 +52,7 @@ def one_update(q: np.ndarray, probabilities: np.ndarray, *, alpha: float, ddof: 
     return Step(drift, (away * probabilities[:, None]).T @ away)
 
 
-def expected_curve(task: Task, rates: Rates, *, alpha: float, tau: float, ddof: int = 0) -> np.ndarray:
+def expected_curve(task: JointTask, rates: Rates, *, alpha: float, tau: float, ddof: int = 0) -> np.ndarray:
     """Return the expected choice accuracy after each episode, shape (episodes,), for an assignment that stays.
 
     Standardising shifts and rescales q, no more: but for that the memory is a sum of independent steps, each α times
@@ -65,7 +65,7 @@ def expected_curve(task: Task, rates: Rates, *, alpha: float, tau: float, ddof: 
 
 
 def expected_together(
-    tasks: Sequence[Task], rates: Sequence[Rates], *, alpha: float, tau: float, ddof: int = 0
+    tasks: Sequence[JointTask], rates: Sequence[Rates], *, alpha: float, tau: float, ddof: int = 0
 ) -> list[np.ndarray]:
     """Return :func:`expected_curve` of each task and decoder, those of one size computed at once."""
     found: list[np.ndarray] = [np.zeros(0)] * len(tasks)
@@ -83,7 +83,7 @@ def expected_together(
 
 
 def expected_curves(
-    task: Task, human: np.ndarray, p: np.ndarray, *, alpha: np.ndarray, tau: np.ndarray, ddof: int = 0
+    task: JointTask, human: np.ndarray, p: np.ndarray, *, alpha: np.ndarray, tau: np.ndarray, ddof: int = 0
 ) -> np.ndarray:
     """Return :func:`expected_curve` for many decoders and parameters at once, shape (cases, episodes).
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from hrcneuro.learning.learner import learn
 from hrcneuro.learning.learners import Kind
-from hrcneuro.learning.simulations import Variant, blocks
+from hrcneuro.learning.simulations import Z95, Variant, blocks
 
 _COLUMNS = 500  # the log-odds of so many repetitions stay below 50 MB
-Z95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -57,9 +56,9 @@ def compare(
             soft, hard = learn(
                 kind.make,
                 [b.draws for b in work],
-                [b.heard.predicted for b in work],
+                [b.answers.predicted for b in work],
                 tau=tau,
-                evidence=[b.heard.log_odds(kind.evidence) for b in work],
+                evidence=[b.answers.log_odds(kind.evidence) for b in work],
             )
             done[:], start = before, 0
             for block in work:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.learning.decoder import Decoder, Heard
+from hrcneuro.learning.decoder import Answers, CoinFlips, Decoder
 from hrcneuro.learning.rates import Rates, case
-from hrcneuro.learning.task import Draws, actors, previous_actors
+from hrcneuro.learning.simulations import Variant
+from hrcneuro.learning.task import Draws, JointTask, actors, previous_actors
 
 # Share of trials (tr−1) that follow an error, by case RR, RH, HR, HH: the authors' logs, iC, 11 subjects pooled.
 LOGGED_SHARES = (0.2613, 0.6801, 0.0273, 0.2679)
@@ -34,7 +35,7 @@ class ErrorReader:
     after_none: tuple[float, float]
     shares: tuple[float, float, float, float] | None
 
-    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+    def answer(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Answers:
         """Return the answers; it offers no log-odds, since nobody who uses it knows what it answers to."""
         if evidence:
             raise ValueError("an error reader has no log-odds of who acts next")
@@ -46,7 +47,7 @@ class ErrorReader:
             error = rng.random(acting.shape) < np.array(self.shares)[case(before, acting)]
         probability = np.array([self.after_none, self.after_error]).ravel()[2 * error + before]
         takeover = draws.epsilon < 100.0 * probability
-        return Heard(takeover != before)
+        return Answers(takeover != before)
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,11 @@ class Mixture:
     other: Decoder
     share: float
 
-    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+    def answer(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Answers:
         """Return the answers, without log-odds."""
-        one, other = self.one.hear(draws, rng), self.other.hear(draws, rng)
+        one, other = self.one.answer(draws, rng), self.other.answer(draws, rng)
         from_one = rng.random(one.predicted.shape) < self.share
-        return Heard(np.where(from_one, one.predicted, other.predicted))
+        return Answers(np.where(from_one, one.predicted, other.predicted))
 
 
 def falling_errors(shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
@@ -91,6 +92,18 @@ def error_reader(rates: Rates, *, as_logged: bool) -> ErrorReader:
     human = _solve(hh, hr, 1.0 - rates.tnr_hh / 100.0, rates.tpr_hr / 100.0)
     after_error, after_none = zip(robot, human, strict=True)
     return ErrorReader(after_error, after_none, LOGGED_SHARES if as_logged else None)
+
+
+def same_rates(rates: Rates, task: JointTask) -> list[Variant]:
+    """Return learning from decoders of the same rates that answer to different things."""
+    anticipation, anyhow = CoinFlips(rates), error_reader(rates, as_logged=False)
+    decoders: dict[str, Decoder] = {
+        "anticipation": anticipation,
+        "errors, before takeovers as logged": error_reader(rates, as_logged=True),
+        "half errors, half anticipation": Mixture(anyhow, anticipation, 0.5),
+        "errors, whoever acts next": anyhow,
+    }
+    return [Variant("confound", name, task, decoder) for name, decoder in decoders.items()]
 
 
 def _solve(share_stay: float, share_take: float, said_stay: float, said_take: float) -> tuple[float, float]:

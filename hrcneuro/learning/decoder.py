@@ -1,4 +1,4 @@
-"""What the robot hears: Eq 4, a decoder that is right at one of four rates."""
+"""What the robot is told about each event: Eq 4, a decoder that is right at one of four rates."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def decide(before: np.ndarray, acting: np.ndarray, epsilon: np.ndarray, rates: R
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What a decoder says about each event; every array has shape (episodes, events, repetitions).
+class Answers:
+    """What a decoder says about each event; every ndarray has shape (n_episodes, n_events, n_repetitions).
 
     Attributes:
         predicted: Who acts next, bool (true: the human).
@@ -39,19 +39,19 @@ class Heard:
         """Return the log-odds of a kind, ``decision`` or ``graded``."""
         odds = {"decision": self.decision, "graded": self.graded}[kind]
         if odds is None:
-            raise ValueError(f"{kind} log-odds were not asked for: hear(..., evidence=True) computes them")
+            raise ValueError(f"{kind} log-odds were not asked for: answer(..., evidence=True) computes them")
         return odds
 
-    def first(self, repetitions: int) -> Heard:
+    def first(self, repetitions: int) -> Answers:
         """Return the first repetitions only."""
         parts = (self.predicted, self.decision, self.graded)
-        return Heard(*(None if part is None else part[..., :repetitions] for part in parts))  # type: ignore[arg-type]
+        return Answers(*(None if part is None else part[..., :repetitions] for part in parts))  # type: ignore[arg-type]
 
 
 class Decoder(Protocol):
     """Anything that the robot can listen to."""
 
-    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+    def answer(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Answers:
         """Return the answers to all events; with ``evidence`` the log-odds too."""
 
 
@@ -61,14 +61,14 @@ class CoinFlips:
 
     rates: Rates
 
-    def hear(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Heard:
+    def answer(self, draws: Draws, rng: np.random.Generator, *, evidence: bool = False) -> Answers:
         """Return Eq 4's answers; the log-odds are those of :mod:`hrcneuro.learning.evidence`."""
         acting = actors(draws)
         before = previous_actors(acting, carry_over=draws.task.carry_over)
         predicted = decide(before, acting, draws.epsilon, self.rates)
         if not evidence:
-            return Heard(predicted)
-        return Heard(
+            return Answers(predicted)
+        return Answers(
             predicted,
             decision_odds(before, predicted, self.rates),
             graded_odds(before, acting, draws.epsilon, self.rates),

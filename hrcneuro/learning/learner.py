@@ -131,9 +131,9 @@ def learn(
 
     for episode in range(task.episodes):
         entries = joined([_rows(d, p, episode) for d, p in zip(draws, predicted, strict=True)]) * len(column) + column
-        heard = None if evidence is None else joined([e[episode] for e in evidence])
+        odds = None if evidence is None else joined([e[episode] for e in evidence])
         for event in np.flatnonzero(useful[episode]):
-            learner.update(entries[event], None if heard is None else heard[event])
+            learner.update(entries[event], None if odds is None else odds[event])
         learner.end_episode()
         human = joined([d.human[segment[episode]] for d, segment in zip(draws, segments, strict=True)])
         margin = learner.margin()

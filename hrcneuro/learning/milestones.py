@@ -8,6 +8,7 @@ import numpy as np
 
 from hrcneuro.learning.simulations import Curve
 
+LEVELS = (0.7, 0.8)  # of choice accuracy, the paper's (§3.3)
 PRINTED = {  # §3.3: episode, minutes
     ("SIM1", "emp", 0.7): (35, 6.0),
     ("SIM1", "emp", 0.8): (100, 17.0),

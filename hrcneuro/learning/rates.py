@@ -6,15 +6,16 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
+from hrcneuro.learning.params import RateParams
+
 
 @dataclass(frozen=True)
-class Rates:
-    """Per cent of correct decisions in the four situations of Table 1; the first letter acted last, the second next."""
+class Rates(RateParams):
+    """Per cent of correct decisions in the four situations of Table 1; the first letter acted last, the second next.
 
-    tnr_hh: float
-    tpr_hr: float
-    tnr_rr: float
-    tpr_rh: float
+    Raises:
+        ValueError: A rate is no percentage.
+    """
 
     def __post_init__(self) -> None:
         for name, value in zip(("TNR_HH", "TPR_HR", "TNR_RR", "TPR_RH"), astuple(self), strict=True):
@@ -28,11 +29,11 @@ class Rates:
 
     @property
     def by_case(self) -> np.ndarray:
-        """The rates by :func:`case`, shape (4,): RR, RH, HR, HH."""
+        """The rates by :func:`case`: ndarray, shape (4,), %: RR, RH, HR, HH."""
         return np.array([self.tnr_rr, self.tpr_rh, self.tpr_hr, self.tnr_hh])
 
 
-PAPER = Rates(51.5, 51.4, 57.9, 56.1)  # Table 2, intermittent collaboration
+PAPER = Rates()
 
 
 def case(before: np.ndarray, acting: np.ndarray) -> np.ndarray:

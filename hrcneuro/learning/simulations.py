@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hrcneuro.learning.decoder import CoinFlips, Decoder, Heard
+from hrcneuro.learning.decoder import Answers, CoinFlips, Decoder
 from hrcneuro.learning.learner import Make, learn
 from hrcneuro.learning.rates import Rates
-from hrcneuro.learning.task import Draws, Task, draw
+from hrcneuro.learning.task import Draws, JointTask, draw
 
 BLOCK = 100  # repetitions that share a generator: part of what a seed means, so not an option
+Z95 = 1.959964  # half the width of a 95 % interval, in standard errors
 COLUMNS = 2000  # repetitions advanced together: fits a core's cache, and decides no result
 
 
@@ -22,7 +23,7 @@ class Variant:
 
     simulation: str
     name: str
-    task: Task
+    task: JointTask
     decoder: Decoder
 
 
@@ -44,11 +45,11 @@ class Curve:
     @property
     def half_width(self) -> np.ndarray:
         """Half the width of the mean's 95 % Monte-Carlo band, shape (episodes,)."""
-        return 1.959964 * self.sd / np.sqrt(self.n)
+        return Z95 * self.sd / np.sqrt(self.n)
 
 
 def paper_simulations(
-    base: Task,
+    base: JointTask,
     *,
     empirical: Decoder,
     levels: Sequence[float],
@@ -77,17 +78,17 @@ def paper_simulations(
 
 
 @dataclass(frozen=True)
-class Block:
-    """Up to ``BLOCK`` repetitions of one variant, with their draws and what was heard."""
+class RepetitionBlock:
+    """Up to ``BLOCK`` repetitions of one variant, with their draws and the decoder's answers."""
 
     variant: int
     draws: Draws
-    heard: Heard
+    answers: Answers
 
 
 def blocks(
     variants: Sequence[Variant], *, repetitions: int, seed: int, evidence: bool = False, columns: int = COLUMNS
-) -> Iterator[list[Block]]:
+) -> Iterator[list[RepetitionBlock]]:
     """Yield lists of blocks that can be learned together, each list of about ``columns`` repetitions.
 
     A block's generator is seeded with (seed, simulation, variant, block): results depend neither on how blocks are
@@ -107,13 +108,13 @@ def blocks(
             ]
 
 
-def _block(variant: Variant, index: int, block: int, keep: int, seed: int, evidence: bool) -> Block:
+def _block(variant: Variant, index: int, block: int, keep: int, seed: int, evidence: bool) -> RepetitionBlock:
     rng = np.random.default_rng([seed, *f"{variant.simulation}/{variant.name}".encode(), block])
     draws = draw(variant.task, BLOCK, rng)
-    heard = variant.decoder.hear(draws, rng, evidence=evidence)
+    answers = variant.decoder.answer(draws, rng, evidence=evidence)
     if keep < BLOCK:
-        draws, heard = draws.first(keep), heard.first(keep)
-    return Block(index, draws, heard)
+        draws, answers = draws.first(keep), answers.first(keep)
+    return RepetitionBlock(index, draws, answers)
 
 
 def run_curves(
@@ -123,7 +124,7 @@ def run_curves(
     shape = (len(variants), variants[0].task.episodes)
     sums, squares, greedy = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for work in blocks(variants, repetitions=repetitions, seed=seed, columns=columns):
-        soft, hard = learn(make, [b.draws for b in work], [b.heard.predicted for b in work], tau=tau)
+        soft, hard = learn(make, [b.draws for b in work], [b.answers.predicted for b in work], tau=tau)
         start = 0
         for block in work:
             part = slice(start, start := start + block.draws.repetitions)

@@ -3,50 +3,40 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
 from hrcneuro.learning.analytic import answer_probabilities, expected_curves
-from hrcneuro.learning.decoder import CoinFlips, Heard
+from hrcneuro.learning.decoder import Answers, CoinFlips
+from hrcneuro.learning.grid import AXES, GridPoint
 from hrcneuro.learning.learner import PaperLearner, learn
 from hrcneuro.learning.learners import Kind
-from hrcneuro.learning.milestones import first_at
+from hrcneuro.learning.milestones import LEVELS, first_at
 from hrcneuro.learning.rates import Rates
-from hrcneuro.learning.simulations import BLOCK
-from hrcneuro.learning.task import Draws, Task, draw
+from hrcneuro.learning.simulations import BLOCK, Z95
+from hrcneuro.learning.task import Draws, JointTask, draw
 
 _COLUMNS = 2000
+LEVEL = LEVELS[-1]  # how good a robot must become
 
 
-@dataclass(frozen=True, order=True)
-class Cell:
-    """One point of the grid; ``period`` 0 means that tasks never change.
-
-    The order of the fields is that of sorting: cells that share their random draws come together.
-    """
-
-    events: int
-    subtasks: int
-    chosen: int
-    period: int
-    accuracy: float
-    alpha: float
-    tau: float
-
-    def task(self, episodes: int, *, carry_over: bool = False) -> Task:
-        """Return the cell's task."""
-        task = Task(self.subtasks, self.chosen, episodes, self.events, carry_over=carry_over)
-        return replace(task, reassign="every", period=self.period) if self.period else task
-
-
-AXES = tuple(f.name for f in fields(Cell))
+def task_of(point: GridPoint, episodes: int, *, carry_over: bool = False) -> JointTask:
+    """Return a point's task."""
+    task = JointTask(
+        subtasks=point.subtasks,
+        chosen=point.chosen,
+        episodes=episodes,
+        events=point.events,
+        carry_over=carry_over,
+    )
+    return replace(task, reassign="every", period=point.period) if point.period else task
 
 
 @dataclass(frozen=True)
 class Reached:
-    """What learning came to in one cell.
+    """What learning came to in one point.
 
     Attributes:
         episode: First episode whose mean accuracy reaches the level, None where none does.
@@ -54,69 +44,41 @@ class Reached:
         final: Mean accuracy after the last episode, with half the width of its 95 % band.
     """
 
-    cell: Cell
+    point: GridPoint
     episode: int | None
     expected_episode: int | None
     final: float
     final_half_width: float
 
 
-def grid(axes: Mapping[str, Sequence[float]], *, otherwise: Cell) -> list[Cell]:
-    """Return the cells of a full grid, sorted; axes that are not named stay as in ``otherwise``.
-
-    Where n varies and m does not, m keeps its share of n. Pairs with m outside 1 … n − 1 are left out.
-
-    Raises:
-        ValueError: An axis does not exist.
-    """
-    for name in axes:
-        if name not in AXES:
-            raise ValueError(f"{name!r} is no axis; allowed: {', '.join(AXES)}")
-    cells = set()
-    for values in itertools.product(*axes.values()):
-        chosen = {f.name: getattr(otherwise, f.name) for f in fields(Cell)} | dict(zip(axes, values, strict=True))
-        if "chosen" not in axes:
-            chosen["chosen"] = max(1, round(otherwise.chosen / otherwise.subtasks * chosen["subtasks"]))
-        whole = {name: int(chosen[name]) for name in ("events", "subtasks", "chosen", "period")}
-        if 1 <= whole["chosen"] < whole["subtasks"]:
-            cells.add(Cell(**(chosen | whole)))
-    return sorted(cells)
-
-
-def parts(cells: Sequence[Cell], count: int) -> list[list[Cell]]:
-    """Return the cells in up to ``count`` runs of like size, for as many workers; results do not depend on it."""
-    edges = np.linspace(0, len(cells), min(count, len(cells)) + 1).astype(int)
-    return [list(cells[a:b]) for a, b in itertools.pairwise(edges)]
-
-
-def run_cells(
-    cells: Sequence[Cell],
+def run_points(
+    points: Sequence[GridPoint],
     kind: Kind | None,
     *,
     episodes: int,
     repetitions: int,
     seed: int,
-    level: float = 0.8,
+    level: float = LEVEL,
     ddof: int = 0,
     carry_over: bool = False,
 ) -> list[Reached]:
-    """Return what learning comes to in each cell.
+    """Return what learning comes to in each point.
 
-    Cells with the same n and episode length share subtasks, assignments and decoder draws, so that the surface is
+    GridPoints with the same n and episode length share subtasks, assignments and decoder draws, so that the surface is
     smooth; the draws depend on the seed and on these two alone.
 
     Args:
-        cells: Points of the grid, best sorted.
-        kind: A learner; None: the paper's, with each cell's α.
+        points: Points of the grid, best sorted.
+        kind: A learner; None: the paper's, with each point's α.
         episodes: Episodes to learn.
-        repetitions: Restarts a cell.
+        repetitions: Restarts a point.
         seed: Seed of the draws.
         level: Accuracy to reach.
         ddof: As in Eq 6's SD, for the paper's learner; a ``kind`` has its own.
-        carry_over: As in :class:`~hrcneuro.learning.task.Task`.
+        carry_over: As in :class:`~hrcneuro.learning.task.JointTask`.
     """
-    curves = _Curves(len(cells), episodes)
-    for _, group in itertools.groupby(enumerate(cells), key=lambda item: (item[1].events, item[1].subtasks)):
+    curves = _Curves(len(points), episodes)
+    for _, group in itertools.groupby(enumerate(points), key=lambda item: (item[1].events, item[1].subtasks)):
         members = list(group)
         for block in range(-(-repetitions // BLOCK)):
             keep = min(BLOCK, repetitions - block * BLOCK)
@@ -124,20 +86,20 @@ def run_cells(
             for start in range(0, len(members), _COLUMNS // BLOCK):
                 some = members[start : start + _COLUMNS // BLOCK]
                 curves.add([i for i, _ in some], _learn([c for _, c in some], kind, store, ddof), keep)
-    tasks = [cell.task(episodes, carry_over=carry_over) for cell in cells]
-    expected = [None] * len(cells) if kind is not None else _expected(cells, tasks, level, ddof)
+    tasks = [task_of(point, episodes, carry_over=carry_over) for point in points]
+    expected = [None] * len(points) if kind is not None else _expected(points, tasks, level, ddof)
     found = []
-    for i, cell in enumerate(cells):
+    for i, point in enumerate(points):
         mean, band = curves.of(i)
-        found.append(Reached(cell, first_at(mean, level), expected[i], float(mean[-1]), band))
+        found.append(Reached(point, first_at(mean, level), expected[i], float(mean[-1]), band))
     return found
 
 
 class _Curves:
-    """Sums over repetitions, a row a cell."""
+    """Sums over repetitions, a row a point."""
 
-    def __init__(self, cells: int, episodes: int) -> None:
-        self.total, self.square, self.n = np.zeros((cells, episodes)), np.zeros(cells), np.zeros(cells, int)
+    def __init__(self, points: int, episodes: int) -> None:
+        self.total, self.square, self.n = np.zeros((points, episodes)), np.zeros(points), np.zeros(points, int)
 
     def add(self, rows: list[int], soft: np.ndarray, keep: int) -> None:
         for k, row in enumerate(rows):
@@ -150,7 +112,7 @@ class _Curves:
         n = int(self.n[row])
         mean = self.total[row] / n
         variance = max(self.square[row] / n - mean[-1] ** 2, 0.0) * n / max(n - 1, 1)
-        return mean, 1.959964 * float(np.sqrt(variance / n))
+        return mean, Z95 * float(np.sqrt(variance / n))
 
 
 class _Draws:
@@ -158,24 +120,24 @@ class _Draws:
 
     def __init__(self, episodes: int, seed: int, block: int, keep: int, carry_over: bool) -> None:
         self.episodes, self.seed, self.block, self.keep, self.carry_over = episodes, seed, block, keep, carry_over
-        self.tasks: dict[Task, Draws] = {}
+        self.tasks: dict[JointTask, Draws] = {}
 
-    def of(self, cell: Cell, evidence: bool) -> tuple[Draws, Heard]:
-        task = cell.task(self.episodes, carry_over=self.carry_over)
+    def of(self, point: GridPoint, evidence: bool) -> tuple[Draws, Answers]:
+        task = task_of(point, self.episodes, carry_over=self.carry_over)
         if task not in self.tasks:
-            if len(self.tasks) > 8:  # cells come sorted: old tasks do not come back
+            if len(self.tasks) > 8:  # points come sorted: old tasks do not come back
                 self.tasks.clear()
-            rng = np.random.default_rng([self.seed, *b"sweep", cell.events, cell.subtasks, self.block])
+            rng = np.random.default_rng([self.seed, *b"sweep", point.events, point.subtasks, self.block])
             self.tasks[task] = draw(task, BLOCK, rng).first(self.keep)
         draws = self.tasks[task]
         # Coin flips need no generator: all their chance is in the draws.
-        heard = CoinFlips(Rates.level(cell.accuracy)).hear(draws, np.random.default_rng(0), evidence=evidence)
-        return draws, heard
+        answers = CoinFlips(Rates.level(point.accuracy)).answer(draws, np.random.default_rng(0), evidence=evidence)
+        return draws, answers
 
 
-def _learn(cells: list[Cell], kind: Kind | None, store: _Draws, ddof: int) -> np.ndarray:
-    both = [store.of(c, kind is not None) for c in cells]
-    alpha, tau = (np.repeat([getattr(c, name) for c in cells], store.keep) for name in ("alpha", "tau"))
+def _learn(points: list[GridPoint], kind: Kind | None, store: _Draws, ddof: int) -> np.ndarray:
+    both = [store.of(c, kind is not None) for c in points]
+    alpha, tau = (np.repeat([getattr(c, name) for c in points], store.keep) for name in ("alpha", "tau"))
     evidence = None if kind is None else [h.log_odds(kind.evidence) for _, h in both]
 
     def paper(subtasks: int, columns: int) -> PaperLearner:
@@ -188,9 +150,9 @@ def _learn(cells: list[Cell], kind: Kind | None, store: _Draws, ddof: int) -> np
     ]
 
 
-def _expected(cells: Sequence[Cell], tasks: Sequence[Task], level: float, ddof: int) -> list[int | None]:
-    found: list[int | None] = [None] * len(cells)
-    still = [(i, c) for i, c in enumerate(cells) if not c.period]
+def _expected(points: Sequence[GridPoint], tasks: Sequence[JointTask], level: float, ddof: int) -> list[int | None]:
+    found: list[int | None] = [None] * len(points)
+    still = [(i, c) for i, c in enumerate(points) if not c.period]
     for _, group in itertools.groupby(still, key=lambda item: (item[1].events, item[1].subtasks)):
         members = list(group)
         for start in range(0, len(members), 200):
@@ -207,8 +169,8 @@ def _expected(cells: Sequence[Cell], tasks: Sequence[Task], level: float, ddof: 
 
 
 def columns(found: Sequence[Reached]) -> dict[str, np.ndarray]:
-    """Return the cells and what they reached as columns; a level that is not reached is nan."""
-    axes = np.array([astuple(r.cell) for r in found], float).reshape(-1, len(AXES)).T
+    """Return the points and what they reached as columns; a level that is not reached is nan."""
+    axes = np.array([astuple(r.point) for r in found], float).reshape(-1, len(AXES)).T
     table = dict(zip(AXES, axes, strict=True))
     for name in ("episode", "expected_episode"):
         values = [getattr(r, name) for r in found]

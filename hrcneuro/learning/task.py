@@ -6,27 +6,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MOST_SUBTASKS = 32
+from hrcneuro.learning.params import MOST_SUBTASKS, TaskParams
+
 REASSIGN = ("never", "once", "every")
 
 
 @dataclass(frozen=True)
-class Task:
+class JointTask(TaskParams):
     """A task of ``subtasks`` (the paper's n) of which the human takes ``chosen`` (m), in episodes of ``events`` (o).
 
-    Args:
+    Attributes:
         reassign: ``never``; ``once`` after ``period`` episodes; ``every`` ``period`` episodes. An independent redraw.
         carry_over: The event before an episode's first is the last of the episode before; otherwise there is none,
             and the first event teaches nothing.
+
+    Raises:
+        ValueError: A number is outside its limits, or the human takes none or all of the subtasks.
     """
 
-    subtasks: int = 4
-    chosen: int = 2
-    episodes: int = 200
-    events: int = 10
     reassign: str = "never"
-    period: int = 40
-    carry_over: bool = False
 
     def __post_init__(self) -> None:
         if not 2 <= self.subtasks <= MOST_SUBTASKS:
@@ -57,7 +55,7 @@ class Draws:
         epsilon: Eq 4's draw from U(0, 100), float64, shape (episodes, events, repetitions).
     """
 
-    task: Task
+    task: JointTask
     subtask: np.ndarray
     human: np.ndarray
     epsilon: np.ndarray
@@ -73,7 +71,7 @@ class Draws:
         return Draws(self.task, self.subtask[..., keep], self.human[..., keep], self.epsilon[..., keep])
 
 
-def draw(task: Task, repetitions: int, rng: np.random.Generator) -> Draws:
+def draw(task: JointTask, repetitions: int, rng: np.random.Generator) -> Draws:
     """Return fresh episodes, assignments and decoder draws (§3.2); the sequences are new in every episode."""
     shape = (task.episodes, task.events, repetitions)
     subtask = rng.integers(0, task.subtasks, size=shape, dtype=np.uint8)
@@ -105,7 +103,7 @@ def previous_actors(acting: np.ndarray, *, carry_over: bool) -> np.ndarray:
     return before
 
 
-def taught(task: Task) -> np.ndarray:
+def taught(task: JointTask) -> np.ndarray:
     """Return which events lead to an update, bool, shape (episodes, events): those with an event before them."""
     has_before = np.ones((task.episodes, task.events), bool)
     has_before[:, 0] = task.carry_over

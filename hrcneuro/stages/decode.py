@@ -6,29 +6,55 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.analyses.contrasts import read_trials
+from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.decoding.refusals import (
+    EmptyWindowError,
+    EstimatorError,
+    MissingLibraryError,
+    NoSignalError,
+    NotFiniteTrialsError,
+    VoltsError,
+    WindowOutsideError,
+)
+from hrcneuro.decoding.scheme import Scheme
+from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, PROBLEMS
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
-    from hrcneuro.decoding.problem import Trials
-
-
-FIGURES = {
-    "decoding.png": "Balanced accuracy of every subject with its 95 % interval, the group's mean and the published one"
-}
+    from hrcneuro.decoding.problem import LabelledTrials
 
 _CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
 
+_CURES: Cures = {
+    WindowOutsideError: (DataError, "make the epochs longer (epoch.tmin, epoch.tmax) or the window shorter"),
+    EmptyWindowError: (DataError, "use a higher sampling rate"),
+    NotFiniteTrialsError: (
+        DataError,
+        "look at the upstream stages: name the channel as bad (acquire.bads), then decode again",
+    ),
+    NoSignalError: (
+        DataError,
+        "look at quality.png of preprocess: all channels are flat, or the only one was referenced to itself "
+        "(preprocess.reference)",
+    ),
+    VoltsError: (
+        DataError,
+        "they seem to be in volts: multiply by 1e6 (the regularisation has a unit: microvolt squared)",
+    ),
+    EstimatorError: (ConfigError, "correct [decode.recipes]"),
+    MissingLibraryError: (ConfigError, "pip install pyriemann, or leave xdawn_tangent out of decode.decoders"),
+}
+
+
 @dataclass(frozen=True)
-class Config:
-    """Cross-validation, classifier and chance."""
+class Config(Scheme):
+    """What is decoded, by which decoders; how, is the scheme's."""
 
     conditions: dict[str, str] = option(
         _CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
@@ -41,88 +67,84 @@ class Config:
         ("rlda", "rlda_600"), "names of recipes; the first enters the summary, the others are compared with it"
     )
     recipes: dict[str, Recipe] = option({}, "recipes of your own, [decode.recipes.NAME], beside the built-in ones")
-    mean_window_s: tuple[float, ...] = option((0.0, 0.8), "start and end of the mean that is removed", unit="s")
-    shrinkage: float = option(0.9, "lambda of the regularised LDA", low=0, high=1, open_low=True)
-    folds: int = option(10, "folds; fewer where the smaller class has fewer trials", low=2, high=1000)
-    repeats: int = option(10, "how often the folds are drawn anew", low=1, high=1000)
-    balance: str = option(
-        "undersample",
-        "how training sets are balanced; oversampling biases towards the larger class",
-        choices=("undersample", "oversample", "none"),
-    )
-    permutations: int = option(199, "label permutations for a subject's p value; 0 for none", low=0, high=100000)
-    min_stratum: int = option(5, "trials a class below which a stratum is not scored", low=1)
     seed: int = option(2023, "seed of folds, draws and permutations", low=0)
 
 
 def check(config: Config) -> list[str]:
     """Return what is contradictory in the section."""
-    found = []
+    mistakes = []
     known = {**BUILTIN, **config.recipes}
     for name in config.decoders:
         if name not in known:
             hint = did_you_mean(name, known)
-            found.append(f"decoders names {name!r}{hint}, which is no recipe; allowed: {', '.join(known)}")
+            mistakes.append(f"decoders names {name!r}{hint}, which is no recipe; allowed: {', '.join(known)}")
     for name, recipe in config.recipes.items():
-        found += [f"recipes.{name}.{misfit}" for misfit in misfits(recipe)]
+        mistakes += [f"recipes.{name}.{misfit}" for misfit in misfits(recipe)]
     if not config.decoders or len(set(config.decoders)) < len(config.decoders):
-        found.append(f"decoders = {list(config.decoders)}: give at least one name, and each only once")
+        mistakes.append(f"decoders = {list(config.decoders)}: give at least one name, and each only once")
     for problem, classes in config.problems.items():
         if len(classes) != 2 or classes[0] == classes[1]:
-            found.append(f"problem {problem} = {list(classes)}: it needs two different conditions")
+            mistakes.append(f"problem {problem} = {list(classes)}: it needs two different conditions")
         for name in classes:
             if name not in config.conditions:
                 hint = did_you_mean(name, config.conditions)
-                found.append(f"problem {problem} names the condition {name!r}{hint}, which is not in [conditions]")
+                mistakes.append(f"problem {problem} names the condition {name!r}{hint}, which is not in [conditions]")
     if len(config.mean_window_s) != 2 or config.mean_window_s[0] >= config.mean_window_s[-1]:
-        found.append(f"mean_window_s = {list(config.mean_window_s)}: give start and end, start first")
-    return found
+        mistakes.append(f"mean_window_s = {list(config.mean_window_s)}: give start and end, start first")
+    return mistakes
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Decode every problem of one subject in each scenario."""
+    """Decode every problem of one subject in each scenario.
+
+    Raises:
+        DataError: The epochs are too short, at too low a rate, not finite, without a signal or not in microvolt.
+        ConfigError: Conditions do not fit the trial table, or an estimator cannot be made.
+    """
     import numpy as np
 
+    from hrcneuro.analyses.decode_subject import SubjectRows
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
-    from hrcneuro.eeg.selection import ALL, scenarios
-    from hrcneuro.tables.decode import SubjectTables
+    from hrcneuro.eeg.selection import ALL
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.io.trials import read_trials
 
     epochs = read_trials(inputs)
     table = epochs.table
     members = _members(config, table)
-    tables = SubjectTables(config.decoders[0])
+    rows_of = SubjectRows(config.decoders[0])
     if not config.problems:
-        tables.warn("no decoding problems are configured: nothing was decoded")
-    scheme = problems.Scheme(config.folds, config.repeats, config.balance, config.permutations, config.min_stratum)
-    decoders = Decoders(
-        {name: {**BUILTIN, **config.recipes}[name] for name in config.decoders},
-        epochs_uv=lambda rows: epochs.data[rows],
-        times_s=epochs.times,
-        mean_window_s=(config.mean_window_s[0], config.mean_window_s[1]),
-        shrinkage=config.shrinkage,
-    )
-    for scenario, inside in scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
-        for name, (class1, class2) in config.problems.items():
-            rows = np.flatnonzero(inside & (members[class1] | members[class2]))
-            trials = _trials(table.iloc[rows], members[class2][rows])
-            rng = np.random.default_rng([config.seed, *inputs.unit.encode(), 0, *scenario.encode(), 0, *name.encode()])
-            plan = problems.draw_plan(trials, scheme, rng)
-            place = tables.open(scenario, name, (class1, class2), trials, plan, table.iloc[rows])
-            if not plan.shuffled:
-                continue
-            for decoder, score, quick in decoders.of(rows):
-                place.add(decoder, problems.decode(trials, plan, scheme, score, permute=quick), permuted=quick)
-    tables.write(out)
-    return tables.summary()
+        rows_of.warnings.append("no decoding problems are configured: nothing was decoded")
+    with cured(_CURES):
+        decoders = Decoders(
+            {name: {**BUILTIN, **config.recipes}[name] for name in config.decoders},
+            epochs_uv=lambda rows: epochs.data[rows],
+            times_s=epochs.times,
+            scheme=config,
+        )
+        for scenario, inside in configured.scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
+            for name, (class1, class2) in config.problems.items():
+                rows = np.flatnonzero(inside & (members[class1] | members[class2]))
+                trials = _trials(table.iloc[rows], members[class2][rows])
+                seed = [config.seed, *inputs.unit.encode(), 0, *scenario.encode(), 0, *name.encode()]
+                plan = problems.draw_plan(trials, config, np.random.default_rng(seed))
+                results = rows_of.begin(scenario, name, (class1, class2), trials, plan, table.iloc[rows])
+                if not plan.shuffled:
+                    continue
+                for decoder, score, quick in decoders.of(rows):
+                    results.add(decoder, problems.decode(trials, plan, config, score, permute=quick), permuted=quick)
+    for file, (schema, frame) in rows_of.tables().items():
+        write_table(frame, out / file, schema)
+    return rows_of.summary()
 
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Put the subjects together: Table 2 beside the published one, tests, and a figure."""
+    """Put the subjects together: Table 2 beside the published one, and tests."""
     import pandas as pd
 
     from hrcneuro.analyses import decode_group
-    from hrcneuro.io.tables import read_table
+    from hrcneuro.io.tables import read_table, write_table
 
     scores = pd.concat(
         [
@@ -131,40 +153,42 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         ],
         ignore_index=True,
     )
-    return decode_group.write(scores, config, config.seed, out)
+    tables = decode_group.tables(scores, config.decoders, config.seed)
+    for file, (schema, frame) in tables.items():
+        write_table(frame, out / file, schema)
+    return decode_group.summary(scores, tables["group_tests.parquet"][1], config.decoders[0])
 
 
 def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return condition -> which rows belong to it, for the conditions that problems use."""
-    from hrcneuro.eeg.selection import matching
-
     used = {name for classes in config.problems.values() for name in classes}
-    found = matching(table, {name: query for name, query in config.conditions.items() if name in used})
+    rows = configured.matching(table, {name: query for name, query in config.conditions.items() if name in used})
     for problem, classes in config.problems.items():
-        both = int((found[classes[0]] & found[classes[1]]).sum())
+        both = int((rows[classes[0]] & rows[classes[1]]).sum())
         if both:
             raise ConfigError(
                 f"problem {problem}: {both} trials belong to both {classes[0]} and {classes[1]}",
                 cure="make the two conditions exclude each other",
             )
-    return found
+    return rows
 
 
-def _trials(rows: pd.DataFrame, labels: np.ndarray) -> Trials:
+def _trials(rows: pd.DataFrame, labels: np.ndarray) -> LabelledTrials:
     """Return the problem's trials; columns that a study does not have are left out."""
     import pandas as pd
 
-    from hrcneuro.decoding.problem import CUES, Trials
+    from hrcneuro.decoding.problem import CUES, LabelledTrials
 
     blocks = rows["block"] if "block" in rows and rows["block"].notna().all() else None
     cues = {cue: rows[cue].to_numpy(dtype=bool) for cue in CUES if cue in rows and rows[cue].notna().all()}
-    return Trials(labels, None if blocks is None else pd.factorize(blocks, sort=True)[0], cues)
+    return LabelledTrials(labels, None if blocks is None else pd.factorize(blocks, sort=True)[0], cues)
 
 
 STAGE = Stage(
     name="decode",
+    title="Single-trial decoding",
     config=Config,
-    libraries=("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann", "matplotlib"),
+    libraries=("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann"),
     check=check,
     subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
     group=Work(run_group, (Read("decode", ("scores.parquet",), Of.INCLUDED),)),

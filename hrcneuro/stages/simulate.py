@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Of, Parts, Read, Reads, Stage, Work, option
 from hrcneuro.errors import did_you_mean
+from hrcneuro.learning.grid import LIMITS
+from hrcneuro.learning.params import LEARNERS, LearnerParams, RateParams, TaskParams, values_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,17 +18,8 @@ if TYPE_CHECKING:
     from hrcneuro.analyses.empirical import Empirical
     from hrcneuro.learning.learner import Make
     from hrcneuro.learning.simulations import Curve, Variant
-    from hrcneuro.learning.task import Task
+    from hrcneuro.learning.task import JointTask
 
-FIGURES = {
-    "fig4.png": "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical decoder, "
-    "B better and worse decoders, C tasks reassigned, D more subtasks",
-    "learners.png": "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % intervals",
-    "confound.png": "Learning when the decoder answers to errors: the same rates, other tasks",
-    "sweep.png": "How good must a decoder be? Minutes to 80 % choice accuracy",
-}
-LEARNERS = ("paper", "votes", "confidence", "bayes", "bayes_graded", "forgetting", "adaptive")
-AXES = ("accuracy", "subtasks", "chosen", "alpha", "tau", "events", "period")
 # A grid for who asks for a sweep without naming one: 10,125 cells.
 WIDE_SWEEP: dict[str, tuple[float, ...]] = {
     "accuracy": (51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0, 62.0, 65.0, 70.0, 75.0, 80.0),
@@ -42,29 +35,16 @@ SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(LearnerParams, TaskParams, RateParams):
     """The values of §3.2 and the choices that the paper leaves open."""
 
     rates: str = option("paper", "where the empirical decoder comes from", choices=("paper", "decode", "replay"))
-    tnr_hh: float = option(51.5, "TNR_HH of Table 2, iC (rates = paper)", unit="%", low=0, high=100)
-    tpr_hr: float = option(51.4, "TPR_HR of Table 2, iC", unit="%", low=0, high=100)
-    tnr_rr: float = option(57.9, "TNR_RR of Table 2, iC", unit="%", low=0, high=100)
-    tpr_rh: float = option(56.1, "TPR_RH of Table 2, iC", unit="%", low=0, high=100)
     levels: tuple[float, ...] = option((50.0, 60.0, 70.0, 80.0), "hypothetical decoders", unit="%", low=0, high=100)
-    alpha: float = option(0.05, "learning rate of Eq 3", low=0, high=100, open_low=True)
-    tau: float = option(0.1, "temperature of Eq 5", low=0, high=100, open_low=True)
-    subtasks: int = option(4, "subtasks n of SIM1-3", low=2, high=32)
-    chosen: int = option(2, "subtasks m of SIM1-3 that the human takes", low=1, high=31)
     test_cases: tuple[tuple[int, ...], ...] = option(
         ((6, 3), (10, 5), (10, 2), (10, 8)), "pairs [n, m] of SIM4; the last is not the paper's", low=1, high=32
     )
-    episodes: int = option(200, "episodes", low=1, high=100_000)
-    events: int = option(10, "events in an episode", low=1, high=1000)
     repetitions: int = option(100, "restarts of learning a curve averages over", low=2, high=1_000_000)
     reassign: str = option("every", "SIM3: new tasks once, or every period", choices=("once", "every"))
-    period: int = option(40, "episodes between reassignments", low=1, high=100_000)
-    carry_over: bool = option(False, "an episode's first event follows the last of the episode before")
-    ddof: int = option(0, "Eq 6 divides by the SD with N - ddof", low=0, high=1)
     trial_s: tuple[float, ...] = option((1.0, 2.0), "durations of a trial for the milestones", unit="s", low=0.01)
     seed: int = option(2023, "seed of every draw", low=0)
     scenario: str = option("iC", "scenario of the decode artifacts (rates = decode, replay)")
@@ -74,7 +54,6 @@ class Config:
     learner_repetitions: int = option(
         100, "restarts of each learner that is compared with Eq 3-6; 0 for no comparison", low=0, high=100_000
     )
-    horizon: float = option(40.0, "episodes between reassignments that the learner 'forgetting' expects", low=1)
     confound: bool = option(True, "also learn from a decoder that answers to errors")
     sweep: dict[str, tuple[float, ...]] = option(
         {}, "axis -> values of the design sweep: accuracy (%), subtasks, chosen, alpha, tau, events, period (0: never)"
@@ -108,25 +87,13 @@ def check(config: Config) -> list[str]:
     return mistakes + _check_sweep(config)
 
 
-# Inclusive limits of each axis; whole numbers where the third value says so.
-_SWEEP_LIMITS = {
-    "accuracy": (0.0, 100.0, False),
-    "subtasks": (2, 32, True),
-    "chosen": (1, 31, True),
-    "alpha": (1e-6, 100.0, False),
-    "tau": (1e-6, 100.0, False),
-    "events": (2, 1000, True),
-    "period": (0, 100_000, True),
-}
-
-
 def _check_sweep(config: Config) -> list[str]:
     mistakes = []
     for axis, values in config.sweep.items():
-        if axis not in _SWEEP_LIMITS:
-            mistakes.append(f"sweep.{axis}{did_you_mean(axis, AXES)} is no axis; allowed: {', '.join(AXES)}")
+        if axis not in LIMITS:
+            mistakes.append(f"sweep.{axis}{did_you_mean(axis, LIMITS)} is no axis; allowed: {', '.join(LIMITS)}")
             continue
-        low, high, whole = _SWEEP_LIMITS[axis]
+        low, high, whole = LIMITS[axis]
         wrong = [v for v in values if not low <= v <= high or (whole and v != int(v))]
         if wrong or not values:
             kind = "whole numbers" if whole else "numbers"
@@ -149,77 +116,113 @@ def parts(config: Config) -> tuple[str, ...]:
 
 def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Run one part of the sweep; write its ``sweep.parquet``."""
-    from hrcneuro.analyses import sweep as simulate_sweep
+    from hrcneuro.analyses.sweep import part_table
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.tables.simulate import SWEEP
 
     units = parts(config)
-    table = simulate_sweep.part_table(config, units.index(inputs.unit), len(units))
-    simulate_sweep.write_part(table, out)
+    table = part_table(config, units.index(inputs.unit), len(units))
+    write_table(table, out / "sweep.parquet", SWEEP)
     return {"cells": len(table)}
 
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Run SIM1-4, compare learners, show the confound, sweep where asked to; write tables and figures."""
-    from hrcneuro.analyses import beyond as simulate_beyond
-    from hrcneuro.analyses import sweep as simulate_sweep
+    """Run SIM1-4, compare learners, show the confound, sweep where asked to; write their tables.
+
+    Raises:
+        DataError: This run's decode artifacts lack what ``rates`` asks for.
+    """
+    from hrcneuro.analyses import learning_curves
     from hrcneuro.analyses.empirical import empirical
-    from hrcneuro.figures import simulate as simulate_figures
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.simulations import run_curves
-    from hrcneuro.tables import simulate as simulate_tables
+    from hrcneuro.tables import simulate as schemas
 
-    heard = empirical(config, inputs)
-    variants = _variants(config, heard)
+    decoders = empirical(config, inputs)
+    variants = _variants(config, decoders)
     curves = run_curves(
         variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
     )
-    tables = simulate_tables.all_tables(variants, curves, events=config.events, trial_s=config.trial_s)
-    expected = simulate_beyond.expected(variants, config)
-    tables |= simulate_beyond.analytic_table(variants, curves, expected)
-    for name, (table, rows) in tables.items():
-        write_table(rows, out / name, table)
-    simulate_figures.fig4(variants, curves, expected, out / "fig4.png")
-    simulate_beyond.write(variants, heard, _task(config), config, out)
+    marks = learning_curves.milestone_rows(variants, curves, events=config.events, trial_s=config.trial_s)
+    analytic = learning_curves.analytic_rows(variants, curves, learning_curves.expected(variants, config))
+    relearning = learning_curves.relearning_rows(variants, curves)
+    write_table(learning_curves.curve_rows(variants, curves), out / "curves.parquet", schemas.CURVES)
+    write_table(marks, out / "milestones.parquet", schemas.MILESTONES)
+    write_table(relearning, out / "relearning.parquet", schemas.RELEARNING)
+    write_table(analytic, out / "analytic.parquet", schemas.ANALYTIC)
+    if config.learner_repetitions:
+        _compare_learners(variants, config, out)
+    if config.confound:
+        _learn_from_errors(decoders, config, out)
     if config.sweep:
-        simulate_sweep.write([inputs.path("simulate", "sweep.parquet", unit=u) for u in parts(config)], config, out)
+        _join_parts(config, inputs, out)
     return summary(variants, curves)
+
+
+def _compare_learners(variants: Sequence[Variant], config: Config, out: Path) -> None:
+    from hrcneuro.analyses import learners
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.tables.simulate import LEARNER_CURVES, LEARNERS
+
+    chosen = learners.compared_in(variants)
+    compared = learners.comparison(chosen, config, repetitions=config.learner_repetitions, seed=config.seed)
+    write_table(learners.learner_rows(chosen, compared), out / "learners.parquet", LEARNERS)
+    write_table(learners.learner_curve_rows(chosen, compared), out / "learner_curves.parquet", LEARNER_CURVES)
+
+
+def _learn_from_errors(decoders: Empirical, config: Config, out: Path) -> None:
+    from hrcneuro.analyses.learning_curves import curve_rows
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.learning.confound import same_rates
+    from hrcneuro.learning.simulations import run_curves
+    from hrcneuro.tables.simulate import CONFOUND
+
+    variants = same_rates(decoders.rates, _task(config))
+    curves = run_curves(
+        variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
+    )
+    write_table(curve_rows(variants, curves).drop(columns="simulation"), out / "confound.parquet", CONFOUND)
+
+
+def _join_parts(config: Config, inputs: Inputs, out: Path) -> None:
+    import pandas as pd
+
+    from hrcneuro.io.tables import read_table, write_table
+    from hrcneuro.tables.simulate import SWEEP
+
+    tables = [read_table(inputs.path("simulate", "sweep.parquet", unit=unit)) for unit in parts(config)]
+    write_table(pd.concat([t for t in tables if len(t)], ignore_index=True), out / "sweep.parquet", SWEEP)
 
 
 def summary(variants: Sequence[Variant], curves: Sequence[Curve]) -> dict[str, Any]:
     """Return simulation -> variant -> episode -> mean choice accuracy."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    shown_of: dict[str, dict[str, dict[str, float]]] = {}
     for variant, curve in zip(variants, curves, strict=True):
         shown = [e for e in SUMMARY_EPISODES if e <= len(curve.mean)] or [len(curve.mean)]
-        found.setdefault(variant.simulation, {})[variant.name] = {
+        shown_of.setdefault(variant.simulation, {})[variant.name] = {
             str(e): round(float(curve.mean[e - 1]), 6) for e in shown
         }
-    return found
+    return shown_of
 
 
-def _variants(config: Config, heard: Empirical) -> list[Variant]:
+def _variants(config: Config, decoders: Empirical) -> list[Variant]:
     from hrcneuro.learning.simulations import Variant, paper_simulations
 
     variants = paper_simulations(
         _task(config),
-        empirical=heard.decoder,
+        empirical=decoders.decoder,
         levels=config.levels,
         reassign=config.reassign,
         cases=[(n, m) for n, m in config.test_cases],
     )
     # A mean of rates hides who teaches well and who does not.
-    return variants + [Variant("SIM1", unit, _task(config), decoder) for unit, decoder in heard.subjects.items()]
+    return variants + [Variant("SIM1", unit, _task(config), decoder) for unit, decoder in decoders.subjects.items()]
 
 
-def _task(config: Config) -> Task:
-    from hrcneuro.learning.task import Task
+def _task(config: Config) -> JointTask:
+    from hrcneuro.learning.task import JointTask
 
-    return Task(
-        subtasks=config.subtasks,
-        chosen=config.chosen,
-        episodes=config.episodes,
-        events=config.events,
-        period=config.period,
-        carry_over=config.carry_over,
-    )
+    return JointTask(**values_of(TaskParams, config))
 
 
 def _paper_learner(config: Config) -> Make:
@@ -239,8 +242,9 @@ def _group_reads(config: Config) -> Reads:
 
 STAGE = Stage(
     name="simulate",
+    title="The robot that learns",
     config=Config,
-    libraries=("numpy", "scipy", "pandas", "pyarrow", "matplotlib"),
+    libraries=("numpy", "scipy", "pandas", "pyarrow"),
     check=check,
     group=Work(run_group, _group_reads),
     parts=Parts(parts, run_part),

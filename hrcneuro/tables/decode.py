@@ -1,18 +1,8 @@
-"""The tables that decode writes for a subject: folds, held-out predictions, scores and strata."""
+"""The tables of decode: a subject's folds, held-out predictions, scores and strata; Table 2 and the group's tests."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
-from hrcneuro.decoding import chance, problem
-from hrcneuro.decoding.metrics import RATES
-from hrcneuro.io.tables import Column, Table, write_table
+from hrcneuro.io.tables import Column, Table
 
 _KEY = {
     "scenario": Column("category", "", "value of the split column, all without one"),
@@ -95,6 +85,7 @@ SCORES = Table(
         "n_folds": Column("int", "", "folds used; 0 where nothing was computed"),
         "n_repeats": Column("int", "", "repeats"),
         **_RATES,
+        "bacc_se": Column("float", "%", "standard error of bacc from tnr, tpr, n1 and n2: trials as binomial draws"),
         "chance": Column("float", "%", "accuracy that guessing exceeds in 5 % of studies with n1 + n2 trials"),
         "permutation_bacc": Column(
             "float", "%", "balanced accuracy of the one repeat that p tests, with folds of its own; bacc is a mean"
@@ -105,146 +96,61 @@ SCORES = Table(
     },
 )
 
-
-@dataclass
-class Place:
-    """One scenario and problem: collects the rows of its decoders."""
-
-    tables: SubjectTables
-    base: dict[str, Any]
-    trials: problem.Trials
-    plan: problem.Plan
-    keys: pd.DataFrame
-    free: dict[str, float]
-
-    def add(self, decoder: str, found: problem.Decoded, *, permuted: bool) -> None:
-        """Add a decoder's results."""
-        key = {"scenario": self.base["scenario"], "problem": self.base["problem"], "decoder": decoder}
-        rates = found.fold_rates.mean() | {"lobo_bacc": found.lobo_bacc}
-        rates |= {"matched_bacc": found.matched_bacc} | _strata_means(found.strata) | self.free
-        notes = [
-            *self.plan.fallbacks,
-            *self.plan.notes,
-            *([] if permuted else ["p not computed: this decoder is too slow to permute"]),
-            *(["p not computed: decode.permutations = 0"] if permuted and found.permutation is None else []),
-        ]
-        few = [f"{s.cue} {'yes' if s.value else 'no'} ({s.n1}/{s.n2})" for s in found.strata if not np.isfinite(s.bacc)]
-        notes += [f"strata with too few trials: {', '.join(few)}"] if few else []
-        row = {name: 100 * value for name, value in rates.items()}
-        if found.permutation is not None:
-            row |= {"permutation_bacc": 100 * found.permutation.statistic, "p": found.permutation.p}
-        self.tables.score(self.base | key | row | {"note": "; ".join(notes)})
-        self.tables.folds.append(self._folds(found).assign(**key))
-        self.tables.predictions.append(self._predictions(found).assign(**key))
-        for s in found.strata:
-            counted = {"cue": s.cue, "value": s.value, "n1": s.n1, "n2": s.n2, "bacc": 100 * s.bacc}
-            self.tables.strata.append(key | counted)
-
-    def _folds(self, found: problem.Decoded) -> pd.DataFrame:
-        second = [int(np.count_nonzero(self.trials.labels[s.test])) for s in self.plan.shuffled]
-        columns: dict[str, Any] = {
-            "repeat": [s.repeat for s in self.plan.shuffled],
-            "fold": [s.fold for s in self.plan.shuffled],
-            "n_train": [len(s.train) for s in self.plan.shuffled],
-            "n1_test": [len(s.test) - n for s, n in zip(self.plan.shuffled, second, strict=True)],
-            "n2_test": second,
-        }
-        return pd.DataFrame(columns | dict(zip(RATES, 100 * found.fold_rates.values.T, strict=True)))
-
-    def _predictions(self, found: problem.Decoded) -> pd.DataFrame:
-        tested = np.concatenate([s.test for s in self.plan.shuffled])
-        lengths = [len(s.test) for s in self.plan.shuffled]
-        repeat = np.repeat([s.repeat for s in self.plan.shuffled], lengths)
-        frame = self.keys.iloc[tested].reset_index(drop=True)
-        frame["repeat"], frame["fold"] = repeat, np.repeat([s.fold for s in self.plan.shuffled], lengths)
-        frame["label"] = self.trials.labels[tested].astype(int)
-        frame["score"] = found.scores[repeat, tested]
-        return frame
-
-
-@dataclass
-class SubjectTables:
-    """Everything that decode says about one subject."""
-
-    first_decoder: str
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    folds: list[pd.DataFrame] = field(default_factory=list)
-    predictions: list[pd.DataFrame] = field(default_factory=list)
-    strata: list[dict[str, Any]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    def warn(self, sentence: str) -> None:
-        """Note what the user must know; it reaches the summary."""
-        self.warnings.append(sentence)
-
-    def open(
-        self,
-        scenario: str,
-        name: str,
-        classes: tuple[str, str],
-        trials: problem.Trials,
-        plan: problem.Plan,
-        metadata: pd.DataFrame,
-    ) -> Place:
-        """Begin a problem; one that cannot be decoded is recorded at once."""
-        n1, n2 = trials.counts
-        base: dict[str, Any] = {
-            "scenario": scenario,
-            "problem": name,
-            "class1": classes[0],
-            "class2": classes[1],
-            "n1": n1,
-            "n2": n2,
-            "n_folds": plan.shuffled[-1].fold + 1 if plan.shuffled else 0,
-            "n_repeats": plan.shuffled[-1].repeat + 1 if plan.shuffled else 0,
-            "chance": 100 * chance.chance_level(n1 + n2) if n1 + n2 else math.nan,
-        }
-        for fallback in plan.fallbacks:
-            self.warn(f"{scenario} {name}: {fallback}")
-        if not plan.shuffled:
-            self.score(base | {"decoder": self.first_decoder, "note": "; ".join(plan.fallbacks)})
-        keys = pd.DataFrame({"epoch": metadata.index})
-        for column in ("block", "episode", "trial"):
-            keys[column] = metadata[column].to_numpy() if column in metadata else None
-        return Place(self, base, trials, plan, keys, problem.label_free(trials, plan) if plan.shuffled else {})
-
-    def score(self, row: dict[str, Any]) -> None:
-        """Add a row of scores; columns without a value are NaN."""
-        self.rows.append({name: row.get(name, math.nan) for name in SCORES.columns})
-
-    def write(self, out: Path) -> None:
-        """Write the four tables."""
-        write_table(pd.DataFrame(self.rows, columns=list(SCORES.columns)), out / "scores.parquet", SCORES)
-        write_table(pd.DataFrame(self.strata, columns=list(STRATA.columns)), out / "strata.parquet", STRATA)
-        write_table(_joined(self.folds, FOLDS), out / "folds.parquet", FOLDS)
-        write_table(_joined(self.predictions, PREDICTIONS), out / "predictions.parquet", PREDICTIONS)
-
-    def summary(self) -> dict[str, Any]:
-        """Return scenario -> problem -> rates in percent of the first decoder, and the warnings where there are any."""
-        found: dict[str, Any] = {}
-        for row in self.rows:
-            if row["decoder"] == self.first_decoder:
-                found.setdefault(row["scenario"], {})[row["problem"]] = {
-                    name: as_json(row[name]) for name in ("tnr", "tpr", "acc", "bacc", "chance")
-                }
-        return found | ({"warnings": self.warnings} if self.warnings else {})
-
-
-def as_json(value: float) -> float | None:
-    """Return a number to four decimals, None where there is none (JSON knows no NaN)."""
-    return round(float(value), 4) if math.isfinite(value) else None
-
-
-def _strata_means(strata: tuple[problem.Stratum, ...]) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for s in strata:
-        found[f"{s.cue}_{'yes' if s.value else 'no'}_bacc"] = s.bacc
-    for cue in {s.cue for s in strata}:
-        found[f"{cue}_mean_bacc"] = (found[f"{cue}_no_bacc"] + found[f"{cue}_yes_bacc"]) / 2
-    return found
-
-
-def _joined(frames: list[pd.DataFrame], table: Table) -> pd.DataFrame:
-    if not frames:
-        return pd.DataFrame(columns=list(table.columns))
-    return pd.concat(frames, ignore_index=True)[list(table.columns)]
+TABLE2 = Table(
+    1,
+    "one row a scenario, problem, decoder and measure, over subjects",
+    {
+        **_KEY,
+        "measure": Column("category", "", "a column of scores.parquet"),
+        "mean": Column("float", "%", "mean over subjects"),
+        "sd": Column("float", "%", "standard deviation over subjects (n - 1)"),
+        "n": Column("int", "", "subjects with a value"),
+        "half_width": Column(
+            "float", "%", "half the width of the mean's 95 % interval (t distribution); NaN below two subjects"
+        ),
+        "detectable": Column(
+            "float",
+            "%",
+            "mean that a one-sided t test against 50 finds with 80 % power at this sd, n; NaN below three subjects and "
+            "where it would exceed 100",
+        ),
+        "published_mean": Column("float", "%", "Ehrlich et al. 2023, Table 2 (doi:10.1371/journal.pone.0287958)"),
+        "published_sd": Column("float", "%", "the same table's SD"),
+    },
+)
+TESTS = Table(
+    1,
+    "one row a scenario, problem and decoder: is the group above chance?",
+    {
+        **_KEY,
+        "n": Column("int", "", "subjects"),
+        "bacc": Column("float", "%", "mean balanced accuracy"),
+        "p": Column("float", "", "one-sided sign flips of the subjects, bacc - 50 (exact up to 16 subjects)"),
+        "p_holm": Column("float", "", "Holm's correction over scenarios and problems"),
+        "significant": Column("bool", "", "p_holm < 0.05"),
+        "acc": Column("float", "%", "mean accuracy"),
+        "chance": Column("float", "%", "mean chance level over subjects, scenarios and problems"),
+        "above_chance": Column(
+            "bool", "", "the paper's own rule: mean accuracy above the mean chance level; null where n = 0"
+        ),
+        "published_above": Column("bool", "", "the paper's verdict; null where it has none"),
+    },
+)
+COMPARED = Table(
+    1,
+    "one row a scenario, problem and further decoder, against the first one on the same folds",
+    {
+        **_KEY,
+        "reference": Column("category", "", "the first decoder"),
+        "n": Column("int", "", "subjects with both"),
+        "difference": Column("float", "%", "mean difference of balanced accuracy, decoder minus reference"),
+        "sd": Column("float", "%", "standard deviation of the differences (n - 1)"),
+        "p": Column("float", "", "two-sided sign flips of the subjects"),
+        "p_holm": Column("float", "", "Holm's correction over all rows"),
+    },
+)
+SUBJECTS = Table(
+    SCORES.version,
+    "one row a subject, scenario, problem and decoder; the first row's decoder is the reference",
+    {"subject": Column("category", "", "subject"), **SCORES.columns},
+)

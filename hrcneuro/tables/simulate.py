@@ -1,21 +1,17 @@
-"""The tables of the stage simulate: their schemas and their rows."""
+"""The tables of the stage simulate: curves, their milestones, learners compared, the confound, the sweep."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
-import numpy as np
-import pandas as pd
-
 from hrcneuro.io.tables import Column, Table
-from hrcneuro.learning import milestones
-from hrcneuro.learning.simulations import Curve, Variant
-
-LEVELS = (0.7, 0.8)
 
 _SIMULATION = Column("category", "", "SIM1 ... SIM4 of paper 3.2")
 _VARIANT = Column("category", "", "emp (empirical decoder) or per cent correct; in SIM4 n/m before it")
+_TASK = {
+    "subtasks": Column("int", "", "n"),
+    "chosen": Column("int", "", "m, the human's"),
+    "reassign": Column("category", "", "tasks change: never, once, or every so many episodes"),
+    "period": Column("int", "", "episodes between reassignments, where there are any"),
+}
 CURVES = Table(
     1,
     "one row a curve and episode",
@@ -26,6 +22,8 @@ CURVES = Table(
         "mean": Column("float", "", "choice accuracy: mean over subtasks of pi(correct action), then over repetitions"),
         "sd": Column("float", "", "its SD over repetitions"),
         "n": Column("int", "", "repetitions"),
+        "half_width": Column("float", "", "half the width of the mean's 95 % Monte-Carlo band"),
+        **_TASK,
     },
 )
 MILESTONES = Table(
@@ -57,80 +55,72 @@ RELEARNING = Table(
         "loss_half_width": Column("float", "", "half the width of the loss's 95 % band"),
     },
 )
-
-
-def all_tables(
-    variants: Sequence[Variant], curves: Sequence[Curve], *, events: int, trial_s: Sequence[float]
-) -> dict[str, tuple[Table, pd.DataFrame]]:
-    """Return file name -> (schema, rows)."""
-    return {
-        "curves.parquet": (CURVES, curve_rows(variants, curves)),
-        "milestones.parquet": (MILESTONES, milestone_rows(variants, curves, events=events, trial_s=trial_s)),
-        "relearning.parquet": (RELEARNING, relearning_rows(variants, curves)),
-    }
-
-
-def curve_rows(variants: Sequence[Variant], curves: Sequence[Curve]) -> pd.DataFrame:
-    """Return the rows of ``curves.parquet``."""
-    return pd.concat(
-        [
-            pd.DataFrame(
-                {
-                    "simulation": v.simulation,
-                    "variant": v.name,
-                    "episode": np.arange(1, len(c.mean) + 1),
-                    "mean": c.mean,
-                    "sd": c.sd,
-                    "n": c.n,
-                }
-            )
-            for v, c in zip(variants, curves, strict=True)
-        ],
-        ignore_index=True,
-    )
-
-
-def milestone_rows(
-    variants: Sequence[Variant], curves: Sequence[Curve], *, events: int, trial_s: Sequence[float]
-) -> pd.DataFrame:
-    """Return the rows of ``milestones.parquet``."""
-    rows: list[dict[str, Any]] = []
-    for variant, curve in zip(variants, curves, strict=True):
-        for level in LEVELS:
-            found = milestones.milestone(curve, level)
-            printed = milestones.PRINTED.get((variant.simulation, variant.name, level), (None, None))
-            rows += [
-                {
-                    "simulation": variant.simulation,
-                    "variant": variant.name,
-                    "level": level,
-                    "trial_s": seconds,
-                    "episode": found.episode,
-                    "earliest": found.earliest,
-                    "latest": found.latest,
-                    "minutes": milestones.minutes(found.episode, events=events, trial_s=seconds),
-                    "printed_episode": printed[0],
-                    "printed_minutes": printed[1],
-                }
-                for seconds in trial_s
-            ]
-    return pd.DataFrame(rows, columns=list(MILESTONES.columns))
-
-
-def relearning_rows(variants: Sequence[Variant], curves: Sequence[Curve]) -> pd.DataFrame:
-    """Return the rows of ``relearning.parquet``: the honest verdict on "without notable loss" (§3.3)."""
-    parts = []
-    for variant, curve in zip(variants, curves, strict=True):
-        if variant.simulation != "SIM3":
-            continue
-        found = milestones.relearned(curve, variant.task.segment)
-        parts.append(
-            pd.DataFrame(
-                {
-                    "variant": variant.name,
-                    "assignment": np.arange(1, len(found.episode) + 1),
-                    **{name: getattr(found, name) for name in list(RELEARNING.columns)[2:]},
-                }
-            )
-        )
-    return pd.concat(parts, ignore_index=True)
+ANALYTIC = Table(
+    1,
+    "one row a curve without reassignment and episode",
+    {
+        "simulation": _SIMULATION,
+        "variant": _VARIANT,
+        "episode": CURVES.columns["episode"],
+        "expected": Column("float", "", "choice accuracy expected from drift and variance alone"),
+        "difference": Column("float", "", "Monte-Carlo mean minus expected"),
+        "half_width": Column("float", "", "half the width of the Monte-Carlo mean's 95 % band"),
+    },
+)
+LEARNERS = Table(
+    1,
+    "one row a curve, learner and measure; learners of a curve hear the same draws",
+    {
+        "simulation": _SIMULATION,
+        "variant": _VARIANT,
+        "learner": Column("category", "", "name of the learner; paper is Eq 3-6"),
+        "measure": Column("category", "", "mean over all episodes, or an episode"),
+        "value": Column("float", "", "choice accuracy, mean over repetitions"),
+        "greedy": Column("float", "", "share of subtasks whose better-valued action is correct"),
+        "difference": Column("float", "", "value minus the paper's learner's, paired"),
+        "half_width": Column("float", "", "half the width of the difference's 95 % interval"),
+        "behind_best": Column("float", "", "value minus the best learner's of this curve and measure, paired"),
+        "behind_half_width": Column("float", "", "half the width of its 95 % interval"),
+        "n": Column("int", "", "repetitions"),
+        **_TASK,
+    },
+)
+LEARNER_CURVES = Table(
+    1,
+    "one row a curve, learner and episode",
+    {
+        "simulation": _SIMULATION,
+        "variant": _VARIANT,
+        "learner": Column("category", "", "name of the learner; paper is Eq 3-6"),
+        "episode": CURVES.columns["episode"],
+        "mean": Column("float", "", "choice accuracy, mean over repetitions"),
+    },
+)
+CONFOUND = Table(
+    1,
+    "one row a decoder and episode; n = 4, m = 2 unless configured",
+    {
+        "variant": Column("category", "", "what the decoder answers to, and in what task"),
+        **{name: CURVES.columns[name] for name in ("episode", "mean", "sd", "n", "half_width", *_TASK)},
+    },
+)
+SWEEP = Table(
+    1,
+    "one row a cell of the grid",
+    {
+        "events": Column("int", "", "events in an episode"),
+        "subtasks": Column("int", "", "n"),
+        "chosen": Column("int", "", "m, the human's"),
+        "period": Column("int", "", "episodes between reassignments, 0 for none"),
+        "accuracy": Column("float", "%", "correct decisions, the same in all four situations"),
+        "alpha": Column("float", "", "learning rate"),
+        "tau": Column("float", "", "temperature"),
+        "episode": Column("float", "", "first episode with 80 % choice accuracy, missing where none"),
+        "expected_episode": Column("float", "", "the same of the analytic expectation, where there is one"),
+        "trials": Column("float", "", "trials until then (episode x events)"),
+        "minutes_1s": Column("float", "min", "time until then at 1 s a trial"),
+        "minutes_2s": Column("float", "min", "time until then at 2 s a trial"),
+        "final": Column("float", "", "choice accuracy after the last episode"),
+        "final_half_width": Column("float", "", "half the width of its 95 % band"),
+    },
+)

@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.decoding import features
-from hrcneuro.errors import DataError
+from hrcneuro.decoding.refusals import (
+    EmptyWindowError,
+    NoSignalError,
+    NotFiniteTrialsError,
+    VoltsError,
+    WindowOutsideError,
+)
 
 
 def times(sfreq: float, *, tmin: float = -0.2, tmax: float = 1.2) -> np.ndarray:
@@ -55,20 +61,20 @@ def test_the_mean_window_is_a_choice():
 
 def test_a_window_past_the_epoch_names_both():
     t = times(256, tmax=0.7)
-    with pytest.raises(DataError, match=r"0-0\.8 s reaches past the epoch, -0\.199.*-0\.69"):
+    with pytest.raises(WindowOutsideError, match=r"0-0\.8 s reaches past the epoch, -0\.199.*-0\.69"):
         features.window_means(noise(1, 1, t), t)
     assert features.window_means(noise(1, 1, t), t, mean_window_s=(0.0, 0.6)).shape == (1, 15)
 
 
 def test_a_rate_too_low_for_50_ms_is_refused():
     t = times(15)
-    with pytest.raises(DataError, match=r"holds no sample at 15 Hz"):
+    with pytest.raises(EmptyWindowError, match=r"holds no sample at 15 Hz"):
         features.window_means(noise(1, 1, t), t)
 
 
 def test_volts_are_refused():
     t = times(128)
-    with pytest.raises(DataError, match="microvolt"):
+    with pytest.raises(VoltsError, match="microvolt"):
         features.window_means(noise(4, 3, t) * 1e-6, t)
 
 
@@ -77,15 +83,14 @@ def test_samples_that_are_not_finite_are_named(value):
     t = times(128)
     data = noise(5, 3, t)
     data[3, 1, 7] = value
-    with pytest.raises(DataError, match=r"1 of 5 trials hold .* trial 3, EEG channel 1") as caught:
+    with pytest.raises(NotFiniteTrialsError, match=r"1 of 5 trials hold .* trial 3, EEG channel 1"):
         features.window_means(data, t)
-    assert "acquire.bads" in caught.value.cure
 
 
 @pytest.mark.parametrize("value", [0.0, -3.5])
 def test_epochs_without_a_signal_are_refused(value):
     t = times(128)
-    with pytest.raises(DataError, match=f"no signal: every sample is {value:g}"):
+    with pytest.raises(NoSignalError, match=f"no signal: every sample is {value:g}"):
         features.window_means(np.full((4, 1, len(t)), value), t)
 
 
@@ -93,7 +98,7 @@ def test_flat_channels_hide_neither_a_signal_nor_its_unit():
     t = times(128)
     data = np.concatenate([noise(4, 3, t), np.zeros((4, 5, len(t)))], axis=1)
     assert features.window_means(data, t).shape == (4, 8 * 15)
-    with pytest.raises(DataError, match="volts"):
+    with pytest.raises(VoltsError, match="microvolt"):
         features.window_means(1e-6 * data, t)
 
 

@@ -8,15 +8,15 @@ from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Variant, run_curves
-from hrcneuro.learning.task import Task, actors, draw
+from hrcneuro.learning.task import JointTask, actors, draw
 
 
 def test_answer_probabilities_are_the_simulated_shares():
     rng = np.random.default_rng(0)
-    task = Task(5, 2, episodes=800, carry_over=True)
+    task = JointTask(5, 2, episodes=800, carry_over=True)
     draws = draw(task, 100, rng)
     rates = Rates(60, 70, 65, 80)
-    robot = ~CoinFlips(rates).hear(draws, rng).predicted
+    robot = ~CoinFlips(rates).answer(draws, rng).predicted
     # Relabel subtasks so that the human's come first in every repetition.
     rank = np.argsort(np.argsort(~draws.human[0], axis=0, kind="stable"), axis=0)
     subtask = np.take_along_axis(rank[None], draws.subtask.astype(int), axis=1)
@@ -56,7 +56,7 @@ def test_drift_and_variance_of_one_update(ddof):
     ],
 )
 def test_expectation_is_the_monte_carlo_mean(n, m, rates):
-    task = Task(n, m)
+    task = JointTask(n, m)
     variant = Variant("T", "x", task, CoinFlips(rates))
     curve = run_curves([variant], partial(PaperLearner, alpha=0.05), repetitions=1500, seed=8, tau=0.1)[0]
     expected = expected_curve(task, rates, alpha=0.05, tau=0.1)
@@ -65,10 +65,10 @@ def test_expectation_is_the_monte_carlo_mean(n, m, rates):
 
 
 def test_expectation_gives_the_printed_milestones_without_a_draw():
-    expected = expected_curve(Task(episodes=100), PAPER, alpha=0.05, tau=0.1)
+    expected = expected_curve(JointTask(episodes=100), PAPER, alpha=0.05, tau=0.1)
     assert expected[[34, 99]] == pytest.approx([0.70, 0.80], abs=0.008)
 
 
 def test_without_information_the_expectation_stays():
-    for task in (Task(), Task(7, 2), Task(episodes=1, events=1)):
+    for task in (JointTask(), JointTask(7, 2), JointTask(episodes=1, events=1)):
         np.testing.assert_allclose(expected_curve(task, Rates.level(50), alpha=0.05, tau=0.1), 0.5, atol=1e-12)

@@ -3,21 +3,20 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hrcneuro.learning.confound import ERROR_RATE, LOGGED_SHARES, Mixture, error_reader, falling_errors
-from hrcneuro.learning.decoder import CoinFlips
+from hrcneuro.learning.confound import ERROR_RATE, LOGGED_SHARES, error_reader, falling_errors, same_rates
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER, Rates, case
-from hrcneuro.learning.simulations import Variant, run_curves
-from hrcneuro.learning.task import Task, actors, draw, previous_actors
+from hrcneuro.learning.simulations import run_curves
+from hrcneuro.learning.task import JointTask, actors, draw, previous_actors
 
 
 def _scored(decoder, seed=0):
     """Rates that a decoder scores in a large task, in the order of Rates."""
     rng = np.random.default_rng(seed)
-    draws = draw(Task(episodes=500, carry_over=True), 100, rng)
+    draws = draw(JointTask(episodes=500, carry_over=True), 100, rng)
     acting = actors(draws)
     now = case(previous_actors(acting, carry_over=True), acting)
-    right = decoder.hear(draws, rng).predicted == acting
+    right = decoder.answer(draws, rng).predicted == acting
     return [100 * right[now == which].mean() for which in (3, 2, 0, 1)]
 
 
@@ -50,17 +49,8 @@ def test_no_error_follows_an_error():
 
 
 def test_the_same_rates_teach_or_do_not():
-    task = Task(episodes=100)
-    anticipation, anyhow = CoinFlips(PAPER), error_reader(PAPER, as_logged=False)
-    variants = [
-        Variant("C", name, task, decoder)
-        for name, decoder in (
-            ("anticipation", anticipation),
-            ("logged", error_reader(PAPER, as_logged=True)),
-            ("half", Mixture(anyhow, anticipation, 0.5)),
-            ("anyhow", anyhow),
-        )
-    ]
+    variants = same_rates(PAPER, JointTask(episodes=100))
+    assert [v.name.split(",")[0] for v in variants][:2] == ["anticipation", "errors"]
     curves = run_curves(variants, partial(PaperLearner, alpha=0.05), repetitions=1000, seed=2, tau=0.1)
     final = [float(c.mean[-1]) for c in curves]
     assert final == pytest.approx([0.80, 0.80, 0.65, 0.50], abs=0.03)
@@ -69,4 +59,4 @@ def test_the_same_rates_teach_or_do_not():
 def test_it_offers_no_log_odds():
     rng = np.random.default_rng(0)
     with pytest.raises(ValueError, match="no log-odds"):
-        error_reader(PAPER, as_logged=True).hear(draw(Task(episodes=2), 2, rng), rng, evidence=True)
+        error_reader(PAPER, as_logged=True).answer(draw(JointTask(episodes=2), 2, rng), rng, evidence=True)

@@ -9,7 +9,7 @@ from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner, accuracy, greedy, learn
 from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.reference import learn_one
-from hrcneuro.learning.task import Task, draw
+from hrcneuro.learning.task import JointTask, draw
 
 
 @settings(max_examples=40, deadline=None)
@@ -26,11 +26,11 @@ from hrcneuro.learning.task import Task, draw
     seed=st.integers(0, 10**6),
 )
 def test_equal_to_the_reference_to_the_last_bit(n, m, repetitions, reassign, carry_over, ddof, alpha, tau, rates, seed):
-    task = Task(n, min(m, n - 1), 12, 5, reassign, 4, carry_over)
+    task = JointTask(n, min(m, n - 1), 12, 5, period=4, carry_over=carry_over, reassign=reassign)
     rng = np.random.default_rng(seed)
     draws, rates = draw(task, repetitions, rng), Rates(*rates)
-    heard = CoinFlips(rates).hear(draws, rng)
-    fast, _ = learn(partial(PaperLearner, alpha=alpha, ddof=ddof), [draws], [heard.predicted], tau=tau)
+    answers = CoinFlips(rates).answer(draws, rng)
+    fast, _ = learn(partial(PaperLearner, alpha=alpha, ddof=ddof), [draws], [answers.predicted], tau=tau)
     for repetition in range(repetitions):
         plain = learn_one(draws, repetition, rates, alpha=alpha, tau=tau, ddof=ddof)
         assert fast[:, repetition].tolist() == plain
@@ -38,9 +38,11 @@ def test_equal_to_the_reference_to_the_last_bit(n, m, repetitions, reassign, car
 
 def test_the_full_size_is_equal_too():
     rng = np.random.default_rng(1)
-    draws = draw(Task(), 2, rng)
+    draws = draw(JointTask(), 2, rng)
     rates = Rates(51.5, 51.4, 57.9, 56.1)
-    fast, _ = learn(partial(PaperLearner, alpha=0.05), [draws], [CoinFlips(rates).hear(draws, rng).predicted], tau=0.1)
+    fast, _ = learn(
+        partial(PaperLearner, alpha=0.05), [draws], [CoinFlips(rates).answer(draws, rng).predicted], tau=0.1
+    )
     assert fast[:, 1].tolist() == learn_one(draws, 1, rates, alpha=0.05, tau=0.1)
 
 
@@ -55,23 +57,23 @@ def test_memory_is_standardised_over_all_entries():
 
 def test_a_perfect_decoder_is_believed():
     rng = np.random.default_rng(2)
-    draws = draw(Task(episodes=60), 50, rng)
+    draws = draw(JointTask(episodes=60), 50, rng)
     make = partial(PaperLearner, alpha=0.05)
-    soft, hard = learn(make, [draws], [CoinFlips(Rates.level(100)).hear(draws, rng).predicted], tau=0.1)
+    soft, hard = learn(make, [draws], [CoinFlips(Rates.level(100)).answer(draws, rng).predicted], tau=0.1)
     assert soft[-1].min() > 0.99
     assert hard[-1].min() == 1
-    soft, _ = learn(make, [draws], [CoinFlips(Rates.level(0)).hear(draws, rng).predicted], tau=0.1)
+    soft, _ = learn(make, [draws], [CoinFlips(Rates.level(0)).answer(draws, rng).predicted], tau=0.1)
     assert soft[-1].max() < 0.01
 
 
 def test_human_and_robot_are_alike():
     # Exchanging the partners, with their rates, exchanges q's halves and changes no accuracy.
     rng = np.random.default_rng(5)
-    draws = draw(Task(5, 2, 30), 20, rng)
-    mirror = type(draws)(Task(5, 3, 30), draws.subtask, ~draws.human, draws.epsilon)
+    draws = draw(JointTask(5, 2, 30), 20, rng)
+    mirror = type(draws)(JointTask(5, 3, 30), draws.subtask, ~draws.human, draws.epsilon)
     make = partial(PaperLearner, alpha=0.05)
-    one, _ = learn(make, [draws], [CoinFlips(Rates(60, 70, 55, 80)).hear(draws, rng).predicted], tau=0.1)
-    two, _ = learn(make, [mirror], [CoinFlips(Rates(55, 80, 60, 70)).hear(mirror, rng).predicted], tau=0.1)
+    one, _ = learn(make, [draws], [CoinFlips(Rates(60, 70, 55, 80)).answer(draws, rng).predicted], tau=0.1)
+    two, _ = learn(make, [mirror], [CoinFlips(Rates(55, 80, 60, 70)).answer(mirror, rng).predicted], tau=0.1)
     np.testing.assert_allclose(one, two, atol=1e-9)
 
 
@@ -87,7 +89,7 @@ def test_policy_is_the_softmax():
 
 def test_only_like_tasks_learn_together():
     rng = np.random.default_rng(0)
-    one, two = draw(Task(episodes=3), 2, rng), draw(Task(episodes=4), 2, rng)
+    one, two = draw(JointTask(episodes=3), 2, rng), draw(JointTask(episodes=4), 2, rng)
     with pytest.raises(ValueError, match="differ in subtasks, episodes"):
         learn(partial(PaperLearner, alpha=0.1), [one, two], [one.epsilon > 50, two.epsilon > 50], tau=0.1)
     with pytest.raises(ValueError, match="1 column"):

@@ -9,21 +9,21 @@ from hrcneuro.learning.learner import learn
 from hrcneuro.learning.learners import AdaptiveLearner, BayesLearner, ForgettingLearner, VotesLearner, kinds
 from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Variant
-from hrcneuro.learning.task import Task, actors, draw, previous_actors
+from hrcneuro.learning.task import JointTask, actors, draw, previous_actors
 
 KINDS = kinds(alpha=0.05, ddof=0, horizon=40)
 
 
 @pytest.fixture(scope="module")
-def heard():
+def answers():
     rng = np.random.default_rng(0)
-    draws = draw(Task(episodes=40), 60, rng)
-    return draws, CoinFlips(PAPER).hear(draws, rng, evidence=True)
+    draws = draw(JointTask(episodes=40), 60, rng)
+    return draws, CoinFlips(PAPER).answer(draws, rng, evidence=True)
 
 
 @pytest.mark.parametrize("name", list(KINDS))
-def test_every_learner_keeps_the_contract(name, heard):
-    draws, answers = heard
+def test_every_learner_keeps_the_contract(name, answers):
+    draws, answers = answers
     kind = KINDS[name]
     soft, hard = learn(kind.make, [draws], [answers.predicted], tau=0.1, evidence=[answers.log_odds(kind.evidence)])
     assert soft.shape == hard.shape == (40, 60)
@@ -36,17 +36,17 @@ def test_every_learner_keeps_the_contract(name, heard):
 
 
 @pytest.mark.parametrize("name", ["confidence", "bayes", "forgetting", "adaptive"])
-def test_evidence_is_asked_for(name, heard):
-    draws, answers = heard
+def test_evidence_is_asked_for(name, answers):
+    draws, answers = answers
     with pytest.raises(ValueError, match="log-odds"):
         learn(KINDS[name].make, [draws], [answers.predicted], tau=0.1)
 
 
 def test_log_odds_are_what_bayes_says():
     rng = np.random.default_rng(1)
-    draws = draw(Task(6, 2, episodes=300, carry_over=True), 100, rng)
+    draws = draw(JointTask(6, 2, episodes=300, carry_over=True), 100, rng)
     rates = Rates(60, 70, 65, 80)
-    answers = CoinFlips(rates).hear(draws, rng, evidence=True)
+    answers = CoinFlips(rates).answer(draws, rng, evidence=True)
     acting = actors(draws)
     before = previous_actors(acting, carry_over=True)
     for was in (False, True):
@@ -124,8 +124,8 @@ def test_adaptive_averages_models_by_their_likelihood():
 
 def test_comparison_is_paired_and_names_a_winner():
     variants = [
-        Variant("SIM1", "emp", Task(episodes=60), CoinFlips(PAPER)),
-        Variant("SIM3", "80", Task(episodes=60, reassign="every", period=20), CoinFlips(Rates.level(80))),
+        Variant("SIM1", "emp", JointTask(episodes=60), CoinFlips(PAPER)),
+        Variant("SIM3", "80", JointTask(episodes=60, reassign="every", period=20), CoinFlips(Rates.level(80))),
     ]
     found = compare(variants, KINDS, repetitions=220, seed=4, tau=0.1, episodes=(35, 100))
     assert found.measures == ("mean", "episode 35")
@@ -147,7 +147,7 @@ def test_comparison_is_paired_and_names_a_winner():
 
 
 def test_without_information_nobody_learns():
-    variant = [Variant("SIM2", "50", Task(episodes=40), CoinFlips(Rates.level(50)))]
+    variant = [Variant("SIM2", "50", JointTask(episodes=40), CoinFlips(Rates.level(50)))]
     found = compare(variant, KINDS, repetitions=400, seed=1, tau=0.1)
     for values in found.values[0, :, 0]:
         assert abs(values.mean() - 0.5) < 3 * max(values.std() / 20, 1e-9) + 1e-9

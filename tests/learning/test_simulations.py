@@ -10,7 +10,7 @@ from hrcneuro.learning.decoder import CoinFlips
 from hrcneuro.learning.learner import PaperLearner
 from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Curve, Variant, paper_simulations, run_curves
-from hrcneuro.learning.task import Task
+from hrcneuro.learning.task import JointTask
 
 MAKE = partial(PaperLearner, alpha=0.05)
 RUN = {"seed": 11, "tau": 0.1}
@@ -25,7 +25,7 @@ def _at(curve, *episodes):
 
 
 def test_sim1_reaches_the_printed_milestones():
-    curve = _curve(Task(episodes=110), repetitions=10_000)
+    curve = _curve(JointTask(episodes=110), repetitions=10_000)
     assert _at(curve, 35, 100) == pytest.approx([0.700, 0.800], abs=0.008)
     assert milestones.milestone(curve, 0.7).episode == pytest.approx(36, abs=2)
     assert milestones.milestone(curve, 0.8).episode == pytest.approx(101, abs=4)
@@ -35,7 +35,7 @@ def test_sim1_reaches_the_printed_milestones():
     ("level", "expected", "repetitions"), [(50, 0.5, 10_000), (60, 0.811, 3000), (70, 0.918, 3000), (80, 0.950, 3000)]
 )
 def test_sim2_levels(level, expected, repetitions):
-    curve = _curve(Task(episodes=20), Rates.level(level), repetitions)
+    curve = _curve(JointTask(episodes=20), Rates.level(level), repetitions)
     assert _at(curve, 20) == pytest.approx([expected], abs=0.01)
 
 
@@ -49,23 +49,23 @@ def test_sim2_levels(level, expected, repetitions):
     ],
 )
 def test_sim3_relearns_with_a_loss(rates, reassign, episodes, expected):
-    curve = _curve(Task(reassign=reassign), rates, repetitions=5000)
+    curve = _curve(JointTask(reassign=reassign), rates, repetitions=5000)
     assert _at(curve, *episodes) == pytest.approx(expected, abs=0.015)
 
 
 @pytest.mark.parametrize(("n", "m", "expected"), [(6, 3, 0.791), (10, 5, 0.747), (10, 2, 0.834), (10, 8, 0.653)])
 def test_sim4_scales(n, m, expected):
-    assert _at(_curve(Task(n, m, episodes=100), repetitions=2500), 100) == pytest.approx([expected], abs=0.015)
+    assert _at(_curve(JointTask(n, m, episodes=100), repetitions=2500), 100) == pytest.approx([expected], abs=0.015)
 
 
 def test_the_choices_that_the_paper_leaves_open():
     # With carry-over an independent implementation gives 0.710 at 35 and 0.809 at 100.
-    curve = _curve(Task(episodes=100, carry_over=True), repetitions=6000)
+    curve = _curve(JointTask(episodes=100, carry_over=True), repetitions=6000)
     assert _at(curve, 35, 100) == pytest.approx([0.710, 0.809], abs=0.01)
 
 
 def test_band_covers_the_truth_as_often_as_it_says():
-    variants = [Variant("T", str(i), Task(episodes=35), CoinFlips(PAPER)) for i in range(120)]
+    variants = [Variant("T", str(i), JointTask(episodes=35), CoinFlips(PAPER)) for i in range(120)]
     curves = run_curves(variants, MAKE, repetitions=100, **RUN)
     covered = np.mean([abs(c.mean[-1] - 0.6998) < c.half_width[-1] for c in curves])
     assert 0.89 <= covered <= 0.99
@@ -73,7 +73,11 @@ def test_band_covers_the_truth_as_often_as_it_says():
 
 def test_26_curves_with_the_papers_cases():
     variants = paper_simulations(
-        Task(), empirical=CoinFlips(PAPER), levels=(50, 60, 70, 80), reassign="every", cases=((6, 3), (10, 5), (10, 2))
+        JointTask(),
+        empirical=CoinFlips(PAPER),
+        levels=(50, 60, 70, 80),
+        reassign="every",
+        cases=((6, 3), (10, 5), (10, 2)),
     )
     assert len(variants) == 26
     assert [sum(v.simulation == f"SIM{i}" for v in variants) for i in (1, 2, 3, 4)] == [1, 5, 5, 15]
@@ -83,7 +87,7 @@ def test_26_curves_with_the_papers_cases():
 
 def test_results_depend_neither_on_company_nor_on_how_many_go_together():
     variants = paper_simulations(
-        Task(episodes=6), empirical=CoinFlips(PAPER), levels=(60,), reassign="every", cases=((6, 3),)
+        JointTask(episodes=6), empirical=CoinFlips(PAPER), levels=(60,), reassign="every", cases=((6, 3),)
     )
     together = run_curves(variants, MAKE, repetitions=330, columns=2000, **RUN)
     apart = run_curves(variants, MAKE, repetitions=330, columns=100, **RUN)
@@ -94,14 +98,14 @@ def test_results_depend_neither_on_company_nor_on_how_many_go_together():
 
 
 def test_another_seed_gives_other_draws_and_the_same_seed_the_same():
-    variant = [Variant("T", "emp", Task(episodes=5), CoinFlips(PAPER))]
+    variant = [Variant("T", "emp", JointTask(episodes=5), CoinFlips(PAPER))]
     one, two, three = (run_curves(variant, MAKE, repetitions=30, seed=s, tau=0.1)[0].mean for s in (1, 1, 2))
     assert one.tolist() == two.tolist()
     assert one.tolist() != three.tolist()
 
 
 def test_sd_is_the_samples():
-    task = Task(episodes=3)
+    task = JointTask(episodes=3)
     whole = run_curves([Variant("T", "x", task, CoinFlips(PAPER))], MAKE, repetitions=2, **RUN)[0]
     first = run_curves([Variant("T", "x", task, CoinFlips(PAPER))], MAKE, repetitions=1, **RUN)[0]
     second = 2 * whole.mean - first.mean  # a longer run begins with the shorter one

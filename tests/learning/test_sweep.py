@@ -3,18 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hrcneuro.learning.grid import GridPoint, grid, parts
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.sweep import Cell, columns, grid, parts, run_cells
+from hrcneuro.learning.sweep import columns, run_points
 
-BASE = Cell(events=10, subtasks=4, chosen=2, period=0, accuracy=57.0, alpha=0.05, tau=0.1)
+BASE = GridPoint(events=10, subtasks=4, chosen=2, period=0, accuracy=57.0, alpha=0.05, tau=0.1)
 RUN = {"episodes": 40, "repetitions": 60, "seed": 1}
 
 
 def test_grid_is_full_sorted_and_possible():
-    cells = grid({"accuracy": (60, 55), "subtasks": (2, 4, 10)}, otherwise=BASE)
-    assert len(cells) == 6
-    assert cells == sorted(cells)
-    assert {(c.subtasks, c.chosen) for c in cells} == {(2, 1), (4, 2), (10, 5)}  # m keeps its share
+    points = grid({"accuracy": (60, 55), "subtasks": (2, 4, 10)}, otherwise=BASE)
+    assert len(points) == 6
+    assert points == sorted(points)
+    assert {(c.subtasks, c.chosen) for c in points} == {(2, 1), (4, 2), (10, 5)}  # m keeps its share
     some = grid({"subtasks": (2, 4), "chosen": (1, 3)}, otherwise=BASE)
     assert {(c.subtasks, c.chosen) for c in some} == {(2, 1), (4, 1), (4, 3)}
     assert grid({}, otherwise=BASE) == [BASE]
@@ -23,17 +24,17 @@ def test_grid_is_full_sorted_and_possible():
 
 
 def test_workers_change_nothing():
-    cells = grid({"accuracy": (55, 70), "subtasks": (2, 4), "alpha": (0.05, 0.2), "period": (0, 10)}, otherwise=BASE)
-    whole = run_cells(cells, None, **RUN)
+    points = grid({"accuracy": (55, 70), "subtasks": (2, 4), "alpha": (0.05, 0.2), "period": (0, 10)}, otherwise=BASE)
+    whole = run_points(points, None, **RUN)
     for count in (3, 5, 100):
-        split = parts(cells, count)
-        assert [c for part in split for c in part] == cells
-        assert [r for part in split for r in run_cells(part, None, **RUN)] == whole
+        split = parts(points, count)
+        assert [c for part in split for c in part] == points
+        assert [r for part in split for r in run_points(part, None, **RUN)] == whole
 
 
 def test_a_better_decoder_is_faster_and_the_expectation_agrees():
-    cells = grid({"accuracy": (51, 58, 65, 80)}, otherwise=BASE)
-    found = run_cells(cells, None, episodes=60, repetitions=300, seed=3)
+    points = grid({"accuracy": (51, 58, 65, 80)}, otherwise=BASE)
+    found = run_points(points, None, episodes=60, repetitions=300, seed=3)
     assert found[0].episode is None
     assert found[0].expected_episode is None
     episodes = [r.episode for r in found[1:]]
@@ -44,32 +45,32 @@ def test_a_better_decoder_is_faster_and_the_expectation_agrees():
 
 def test_expectation_is_left_out_where_there_is_none():
     kind = kinds(alpha=0.05, ddof=0, horizon=40)["adaptive"]
-    cells = grid({"accuracy": (80,), "period": (0, 10)}, otherwise=BASE)
-    assert [r.expected_episode is None for r in run_cells(cells, None, **RUN)] == [False, True]
-    assert [r.expected_episode is None for r in run_cells(cells, kind, **RUN)] == [True, True]
+    points = grid({"accuracy": (80,), "period": (0, 10)}, otherwise=BASE)
+    assert [r.expected_episode is None for r in run_points(points, None, **RUN)] == [False, True]
+    assert [r.expected_episode is None for r in run_points(points, kind, **RUN)] == [True, True]
 
 
 def test_another_learner_can_be_swept():
     kind = kinds(alpha=0.05, ddof=0, horizon=40)["bayes_graded"]
-    cell = [Cell(10, 4, 2, 0, 57.0, 0.05, 0.1)]
-    assert run_cells(cell, kind, **RUN)[0].final > run_cells(cell, None, **RUN)[0].final + 0.05
+    point = [GridPoint(10, 4, 2, 0, 57.0, 0.05, 0.1)]
+    assert run_points(point, kind, **RUN)[0].final > run_points(point, None, **RUN)[0].final + 0.05
 
 
 def test_ddof_is_a_change_of_scale():
     # Eq 6 with N - 1 leaves a memory smaller by c: the same as steps and temperature larger by 1 / c.
     c = np.sqrt(7 / 8)
-    cell = replace(BASE, accuracy=65.0)
-    one = run_cells([cell], None, ddof=1, **RUN)[0]
-    scaled = run_cells([replace(cell, alpha=cell.alpha / c, tau=cell.tau / c)], None, **RUN)[0]
+    point = replace(BASE, accuracy=65.0)
+    one = run_points([point], None, ddof=1, **RUN)[0]
+    scaled = run_points([replace(point, alpha=point.alpha / c, tau=point.tau / c)], None, **RUN)[0]
     assert one.final == pytest.approx(scaled.final, abs=1e-6)
     assert (one.episode, one.expected_episode) == (scaled.episode, scaled.expected_episode)
-    assert one.final != pytest.approx(run_cells([cell], None, **RUN)[0].final, abs=2e-5)
+    assert one.final != pytest.approx(run_points([point], None, **RUN)[0].final, abs=2e-5)
 
 
 @pytest.mark.parametrize("kind", [None, kinds(alpha=0.05, ddof=0, horizon=40)["bayes"]])
 def test_an_episode_of_two_events_teaches_twice_with_carry_over(kind):
-    cell = replace(BASE, events=2, accuracy=75.0)
-    once, twice = (run_cells([cell], kind, carry_over=carry_over, **RUN)[0] for carry_over in (False, True))
+    point = replace(BASE, events=2, accuracy=75.0)
+    once, twice = (run_points([point], kind, carry_over=carry_over, **RUN)[0] for carry_over in (False, True))
     assert twice.final > once.final + 0.02
     assert twice.episode == pytest.approx(once.episode / 2, rel=0.25)
     if kind is None:
@@ -77,7 +78,7 @@ def test_an_episode_of_two_events_teaches_twice_with_carry_over(kind):
 
 
 def test_columns_are_flat_and_missing_is_nan():
-    found = run_cells(grid({"accuracy": (50, 80)}, otherwise=BASE), None, **RUN)
+    found = run_points(grid({"accuracy": (50, 80)}, otherwise=BASE), None, **RUN)
     table = columns(found)
     assert table["accuracy"].tolist() == [50, 80]
     assert np.isnan(table["episode"]).tolist() == [True, False]

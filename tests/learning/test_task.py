@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 from hrcneuro.learning.decoder import decide
 from hrcneuro.learning.rates import PAPER, Rates, case
-from hrcneuro.learning.task import Task, actors, draw, previous_actors, taught
+from hrcneuro.learning.task import JointTask, actors, draw, previous_actors, taught
 
 tasks = st.builds(
-    lambda n, m, episodes, events, reassign, period, carry: Task(
-        n, min(m, n - 1), episodes, events, reassign, period, carry
+    lambda n, m, episodes, events, reassign, period, carry: JointTask(
+        n, min(m, n - 1), episodes, events, period, carry, reassign
     ),
     st.integers(2, 32),
     st.integers(1, 31),
@@ -43,11 +43,11 @@ def test_draws_are_the_tasks(task, seed):
 
 def test_assignments_are_redrawn_when_they_should_be():
     for reassign, expected in (("never", [0] * 7), ("once", [0, 0, 0, 1, 1, 1, 1]), ("every", [0, 0, 0, 1, 1, 1, 2])):
-        assert Task(episodes=7, period=3, reassign=reassign).segment.tolist() == expected
+        assert JointTask(episodes=7, period=3, reassign=reassign).segment.tolist() == expected
 
 
 def test_a_redraw_is_independent():
-    human = draw(Task(reassign="every"), 6000, np.random.default_rng(0)).human
+    human = draw(JointTask(reassign="every"), 6000, np.random.default_rng(0)).human
     same = (human[0] == human[1]).all(axis=0).mean()
     assert same == pytest.approx(1 / 6, abs=0.015)  # six ways to choose two of four
 
@@ -64,11 +64,11 @@ def test_a_redraw_is_independent():
 )
 def test_impossible_tasks_are_refused(changes, match):
     with pytest.raises(ValueError, match=match):
-        Task(**changes)
+        JointTask(**changes)
 
 
 def test_eq4_is_right_as_often_as_its_rates():
-    task = Task(episodes=400, events=50)
+    task = JointTask(episodes=400, events=50)
     draws = draw(task, 50, np.random.default_rng(3))
     acting = actors(draws)
     before = previous_actors(acting, carry_over=False)

@@ -1,20 +1,17 @@
-"""Figs 2 and 3, the confound panel and the tables of decoding, from a finished study and from scores that are known."""
+"""The tables of decoding, from a finished study and from scores that are known."""
 
-import dataclasses
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_hex
 
 from hrcneuro.analyses import decode_group
 from hrcneuro.config import settings as config
-from hrcneuro.eeg.selection import shortest_gap_s
-from hrcneuro.pipeline import walk as pipeline
-from hrcneuro.report import chapters, fig_cases, fig_confound
+from hrcneuro.io.tables import write_table
+from hrcneuro.pipeline.item import Item, State
+from hrcneuro.report import chapters
 from hrcneuro.report.results import Results
 from hrcneuro.tables.decode import EXTRA, SCORES
 
@@ -24,53 +21,13 @@ DECODERS = SETTINGS.sections["decode"].decoders
 
 
 @pytest.fixture(scope="module")
-def items(smoke):
-    return [pipeline.Item(**item) for item in json.loads((smoke / "done").read_text(encoding="utf-8"))["items"]]
-
-
-def foot(figure):
-    return " ".join(text.get_text() for text in figure.texts)
-
-
-@pytest.fixture(scope="module")
-def fig2(items):
-    return fig_cases.draw(Results(SETTINGS, items), fig_cases.FIG_2)
-
-
-def test_fig_2_hatches_potentials_and_rhythms_from_the_shortest_gap_on(fig2, items):
-    results = Results(SETTINGS, items)
-    tables = results.tables("acquire", "trials.parquet").values()
-    chosen = [t[t[["condition_before", "condition_after"]].notna().any(axis=1)] for t in tables]
-    shortest = min(map(shortest_gap_s, chosen))
-    assert 0.5 < shortest < 1
-    shaded = [axes for axes in fig2.axes if axes.get_xlabel().startswith("time") or "µV)" in axes.get_ylabel()]
-    assert len(shaded) == 2 * len(fig_cases.FIG_2)
-    for axes in shaded:
-        (patch,) = [p for p in axes.patches if p.get_hatch()]
-        spans = patch.get_path().vertices[:, 0]
-        assert spans.min() == pytest.approx(1000 * shortest, abs=1)
-        assert spans.max() == pytest.approx(axes.get_xlim()[1], abs=1)
-    (legend,) = fig2.legends
-    assert f"{1000 * shortest:.0f} ms" in " ".join(text.get_text() for text in legend.get_texts())
-
-
-def test_the_foot_names_the_tests_of_potentials_and_rhythms_where_they_differ(fig2, items):
-    assert "extreme statistics" in foot(fig2)
-    assert "rhythms" not in foot(fig2)
-    ersp = dataclasses.replace(SETTINGS.sections["ersp"], correction="cluster")
-    settings = dataclasses.replace(SETTINGS, sections={**SETTINGS.sections, "ersp": ersp})
-    text = foot(fig_cases.draw(Results(settings, items), fig_cases.FIG_3))
-    assert re.search("potentials: .*extreme statistics; rhythms: .*clusters", text)
-
-
-@pytest.fixture(scope="module")
 def known(tmp_path_factory):
     """The group's artifacts of eleven subjects whose scores are drawn, one of whom lacks a stratum."""
     out, rng = tmp_path_factory.mktemp("decoded"), np.random.default_rng(5)
     rows = [
         {"subject": f"s{i:02d}", "scenario": scenario, "problem": "RRvsRH", "decoder": decoder, "note": ""}
         | {"class1": "RR_before", "class2": "RH_before", "n1": 236, "n2": 153, "n_folds": 10, "n_repeats": 10}
-        | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)}
+        | {name: rng.normal(55, 3) for name in ("tnr", "tpr", "acc", "bacc", "auc", "bacc_se", "chance", *EXTRA)}
         | {"permutation_bacc": rng.normal(55, 3), "p": 0.5}
         for i in range(11)
         for scenario in ("iC", "sC")
@@ -78,9 +35,10 @@ def known(tmp_path_factory):
     ]
     scores = pd.DataFrame(rows)[["subject", *SCORES.columns]]
     scores.loc[scores["subject"] == "s03", "prev_error_yes_bacc"] = np.nan
-    decode_group.write(scores, SETTINGS.sections["decode"], 1, out)
+    for name, (schema, frame) in decode_group.tables(scores, DECODERS, 1).items():
+        write_table(frame, out / name, schema)
     found = {path.name: str(path) for path in out.glob("*.parquet")}
-    return Results(SETTINGS, [pipeline.Item("decode", "group", state="hit", artifacts=found)])
+    return Results(SETTINGS, [Item("decode", "group", state=State.HIT, artifacts=found)])
 
 
 def cells(html, first):
@@ -128,20 +86,3 @@ def test_a_study_without_cues_has_no_table_of_strata(known):
     table2.loc[table2["measure"].astype(str).str.startswith(names), ["mean", "sd", "detectable"]] = np.nan
     assert "strata" in chapters._strata(table2[table2["decoder"] == DECODERS[0]].assign(mean=50.0))
     assert chapters._strata(table2[table2["decoder"] == DECODERS[0]]) == ""
-
-
-def test_the_confound_panel_tells_retrained_decoders_from_strata_and_shows_what_could_be_detected(known):
-    figure = fig_confound.draw(known)
-    table2 = known.table("decode", "group", "table2.parquet")
-    at = table2[table2["decoder"] == DECODERS[0]].set_index(["scenario", "measure"])
-    for axes, scenario in zip(figure.axes, ("iC", "sC"), strict=True):
-        labels = {round(-place): text for place, text in zip(axes.get_yticks(), fig_confound._ticks()[1], strict=True)}
-        marks = {m: {} for m in "D^"}
-        for line in axes.lines:
-            if line.get_marker() in marks:
-                marks[line.get_marker()][labels[int(-line.get_ydata()[0])]] = line
-        colour = {name: to_hex(line.get_color()) for name, line in marks["D"].items()}
-        assert colour["after no error"] == colour["turn ahead"] != colour["retrained after no error"]
-        detected = marks["^"]["retrained after no error"].get_xdata()[0]
-        assert detected == pytest.approx(at.loc[(scenario, "matched_bacc"), "detectable"])
-        assert not any(name.startswith("no EEG") for name in marks["^"])

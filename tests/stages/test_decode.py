@@ -1,7 +1,8 @@
-"""The stage decode from epochs file to tables, summary and figure, with good and with poor input."""
+"""The stage decode from epochs file to tables and summary, with good and with poor input."""
 
 import hashlib
 import json
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -10,10 +11,12 @@ import mne
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import t
 
 from hrcneuro.contract import Inputs
+from hrcneuro.decoding import refusals
 from hrcneuro.decoding.recipes import BUILTIN
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import ConfigError, DataError, cured
 from hrcneuro.io.fif import write_epochs
 from hrcneuro.io.tables import describe, read_table
 from hrcneuro.stages import decode
@@ -69,6 +72,12 @@ def study(tmp_path):
     return run
 
 
+def written(study) -> tuple[Inputs, Path]:
+    """Return the input and the output folder of a subject whose epochs are on disk."""
+    _, out = study()
+    return Inputs.of("s01", epoch=out.parent / "epoch"), out
+
+
 def digests(folder: Path) -> dict[str, str]:
     return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
 
@@ -93,6 +102,8 @@ def test_the_artifacts_of_a_subject(study):
     row = scores.set_index(["scenario", "problem"]).loc[("iC", "RRvsRH")]
     assert (row["n1"], row["n2"], row["n_folds"], row["class2"]) == (40, 30, 10, "RH_before")
     assert row["bacc"] == pytest.approx(summary["iC"]["RRvsRH"]["bacc"], abs=1e-4)
+    variance = row["tnr"] * (100 - row["tnr"]) / 40 + row["tpr"] * (100 - row["tpr"]) / 30
+    assert row["bacc_se"] == pytest.approx(np.sqrt(variance) / 2)
     assert describe(out / "scores.parquet").columns["chance"].unit == "%"
 
 
@@ -222,13 +233,14 @@ def test_the_group(study, tmp_path):
     ]
     assert row["mean"] == pytest.approx(np.mean(each))
     assert row["sd"] == pytest.approx(np.std(each, ddof=1))
+    assert row["half_width"] == pytest.approx(t.ppf(0.975, 3) * np.std(each, ddof=1) / 2)
     tests = read_table(out / "group_tests.parquet").set_index(["scenario", "problem"])
     assert tests.loc[("iC", "RRvsRH"), "p"] == 1 / 16
     assert tests.loc[("iC", "RRvsRH"), "p_holm"] == pytest.approx(4 / 16)
     assert tests["published_above"].tolist() == [False, True, False, False]
     assert summary["iC"]["RRvsRH"]["n"] == 4
     assert len(read_table(out / "subjects.parquet")) == 16
-    assert set(decode.FIGURES) == {p.name for p in out.glob("*.png")}
+    assert {p.suffix for p in out.iterdir()} == {".parquet"}, "pictures are the drawings'"
     before = digests(out)
     decode.run_group(QUICK, Inputs.of("group", decode=folders), out)
     assert digests(out) == before
@@ -292,8 +304,44 @@ def test_a_split_column_without_a_value_leaves_one_scenario(study):
 def test_samples_that_are_not_finite_stop_the_stage(study):
     epochs = epochs_of(trial_table(COUNTS, np.random.default_rng(0)))
     epochs._data[100, 2, 5] = np.nan
-    with pytest.raises(DataError, match="not finite"):
+    with pytest.raises(DataError, match="not finite") as caught:
         study(epochs=epochs)
+    assert "acquire.bads" in caught.value.cure
+
+
+def test_every_reason_for_which_trials_cannot_be_decoded_has_a_cure():
+    reasons = {one for one in vars(refusals).values() if isinstance(one, type) and issubclass(one, ValueError)}
+    assert reasons == set(decode._CURES)
+    for reason, (error, cure) in decode._CURES.items():
+        with pytest.raises(error, match="what is wrong") as caught, cured(decode._CURES):
+            raise reason("what is wrong")
+        assert caught.value.cure == cure != ""
+
+
+def test_epochs_without_a_signal_have_a_cure(study):
+    epochs = epochs_of(trial_table(COUNTS, np.random.default_rng(0)))
+    epochs._data[:] = 0.0
+    with pytest.raises(DataError, match="no signal") as caught:
+        study(epochs=epochs)
+    assert "look at quality.png of preprocess" in caught.value.cure
+
+
+def test_a_rate_too_low_for_the_windows_has_a_cure(study):
+    with pytest.raises(DataError, match="holds no sample") as caught:
+        study(epochs=epochs_of(trial_table(COUNTS, np.random.default_rng(0)), sfreq=15.0))
+    assert caught.value.cure == "use a higher sampling rate"
+
+
+def test_a_missing_library_and_wrong_parameters_have_a_cure(study, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyriemann", None)
+    monkeypatch.setitem(sys.modules, "pyriemann.estimation", None)
+    with pytest.raises(ConfigError, match="needs the library pyriemann") as caught:
+        study(replace(QUICK, decoders=("xdawn_tangent",)))
+    assert "pip install pyriemann" in caught.value.cure
+    odd = decode.Recipe("shrinkage_lda", params={"gamma": 2})
+    with pytest.raises(ConfigError, match="do not fit") as caught:
+        decode.run(replace(QUICK, decoders=("odd",), recipes={"odd": odd}), *written(study))
+    assert caught.value.cure == "correct [decode.recipes]"
 
 
 def test_check_names_every_contradiction():

@@ -1,0 +1,64 @@
+"""The pictures of simulate: Fig 4, learners compared, what errors teach, the design sweep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
+
+# Axes of a sweep whose usual value is that of an option.
+_USUAL = ("events", "subtasks", "chosen", "alpha", "tau")
+
+
+def draw(config: Any, files: Inputs, out: Path) -> None:
+    """Draw Fig 4 from the curves and what is said of them, and the rest as far as it was computed."""
+    from hrcneuro.figures import learners, simulate, sweep
+    from hrcneuro.io.tables import read_table
+
+    def table(name: str) -> Any:
+        return read_table(files.path("simulate", f"{name}.parquet"))
+
+    fig4 = (table(name) for name in ("curves", "analytic", "milestones", "relearning"))
+    simulate.fig4(*fig4, path=out / "fig4.png")
+    if files.has("simulate", "learners.parquet"):
+        learners.draw(table("learners"), table("learner_curves"), out / "learners.png")
+    if files.has("simulate", "confound.parquet"):
+        simulate.error_readers(table("confound"), out / "confound.png")
+    if files.has("simulate", "sweep.parquet"):
+        options = config.simulate
+        usual = {axis: getattr(options, axis) for axis in _USUAL} | {"period": 0}
+        sweep.draw(
+            table("sweep"),
+            usual,
+            options.sweep,
+            episodes=options.episodes,
+            learner=options.sweep_learner,
+            path=out / "sweep.png",
+        )
+
+
+DRAWINGS = Drawings(
+    name="simulate",
+    libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
+    group=Drawing(
+        captions={
+            "fig4.png": Caption(
+                "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical "
+                "decoder, B better and worse decoders, C tasks reassigned, D more subtasks",
+                "Fig 4",
+            ),
+            "learners.png": Caption(
+                "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % intervals",
+                "Learners compared",
+            ),
+            "confound.png": Caption(
+                "Learning when the decoder answers to errors: the same rates, other tasks", "Learning from errors"
+            ),
+            "sweep.png": Caption("How good must a decoder be? Minutes to 80 % choice accuracy", "Design sweep"),
+        },
+        reads=(Read("simulate", ("*.parquet",), Of.GROUP),),
+        options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),
+        draw=draw,
+    ),
+)

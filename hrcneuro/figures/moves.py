@@ -1,0 +1,84 @@
+"""The figure of all subjects' moves: how long they take, how closely the arm follows, how punctual the markers are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hrcneuro.figures.style import COLOURS, GREY, STYLE, save
+
+Means = Mapping[str, tuple[float, float]]
+
+
+def draw(
+    moves: Mapping[str, pd.DataFrame], trials: Mapping[str, pd.DataFrame], published_ms: Means, path: Path
+) -> None:
+    """Draw the distributions over all moves: onset to onset, tracking errors, arrival, and motion after marker.
+
+    Args:
+        moves: Subject -> rows of robot's moves.parquet, of one subject at least.
+        trials: Subject -> rows of acquire's trials.parquet.
+        published_ms: Scenario -> mean and standard deviation of the published time from onset to onset, ms.
+        path: Of the PNG; the PDF lies beside it.
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.4, 2.9), layout="constrained")
+        durations, errors, arrival, markers = figure.subplots(1, 4)
+        _durations(durations, trials, published_ms)
+        _errors(errors, moves)
+        everything = pd.concat(list(moves.values()))
+        arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
+        arrival.set_xlabel("entry into the 2 mm radius / $t_f$")
+        arrival.set_ylabel("moves")
+        arrival.set_title(f"arrival, {int(everything['t_2mm_s'].notna().sum())} moves")
+        latency = everything["trigger_latency_ms"].dropna()
+        markers.hist(latency, bins=60, color=COLOURS[0])
+        markers.set_xlabel("motion onset after marker (ms)")
+        markers.set_ylabel("moves")
+        markers.set_title(f"{latency.mean():.2f} ± {latency.std():.2f} ms, n = {len(latency)}")
+        save(figure, path)
+
+
+def _durations(axes: Axes, trials: Mapping[str, pd.DataFrame], published_ms: Means) -> None:
+    axes.set_title("onset to onset; dashed: paper's mean")
+    axes.set_xlabel("time (ms)")
+    axes.set_ylabel("share of the moves")
+    moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
+    if moves.empty:
+        return
+    for (scenario, (mean, _)), colour in zip(published_ms.items(), COLOURS, strict=False):
+        soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
+        if len(soa):
+            bins = [float(b) for b in range(400, 2000, 25)]
+            axes.hist(
+                soa, bins=bins, weights=np.full(len(soa), 1 / len(soa)), histtype="step", color=colour, label=scenario
+            )
+            axes.axvline(mean, color=colour, lw=0.8, ls="--")
+    axes.set_xlim(500, 1500)
+    axes.legend(loc="upper right")
+
+
+def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame]) -> None:
+    for column, colour, label in (
+        ("max_error_mm", COLOURS[1], "greatest on the way"),
+        ("end_error_mm", COLOURS[0], "on arrival"),
+    ):
+        for i, table in enumerate(moves.values()):
+            values = np.sort(table[column].dropna().to_numpy(float))
+            share = np.arange(1, len(values) + 1) / max(len(values), 1)
+            axes.plot(values, share, color=colour, lw=0.8, alpha=0.7, label=label if i == 0 else "_nolegend_")
+    axes.axvline(2, color=GREY, lw=0.8, ls="--")
+    axes.set_xscale("log")
+    axes.set_xlabel("distance from the reference (mm)")
+    axes.set_ylabel("share of the moves")
+    axes.set_title(f"tracking error, {len(moves)} subjects")
+    axes.set_xlim(0.005, 4)
+    axes.legend(loc="upper left", fontsize=6.5)
+    axes.set_ylim(0, 1.25)
+    axes.set_yticks([0, 0.25, 0.5, 0.75, 1])

@@ -1,0 +1,68 @@
+"""The grid of a design sweep: decoders, tasks and parameters. Light to import."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+
+from hrcneuro.learning.params import MOST_SUBTASKS
+
+# Axis -> inclusive limits, and whether its values are whole numbers.
+LIMITS: dict[str, tuple[float, float, bool]] = {
+    "accuracy": (0.0, 100.0, False),
+    "subtasks": (2, MOST_SUBTASKS, True),
+    "chosen": (1, MOST_SUBTASKS - 1, True),
+    "alpha": (1e-6, 100.0, False),
+    "tau": (1e-6, 100.0, False),
+    "events": (2, 1000, True),
+    "period": (0, 100_000, True),
+}
+
+
+@dataclass(frozen=True, order=True)
+class GridPoint:
+    """One point of the grid; ``period`` 0 means that tasks never change.
+
+    The order of the fields is that of sorting: points that share their random draws come together.
+    """
+
+    events: int
+    subtasks: int
+    chosen: int
+    period: int
+    accuracy: float
+    alpha: float
+    tau: float
+
+
+AXES = tuple(f.name for f in fields(GridPoint))
+
+
+def grid(axes: Mapping[str, Sequence[float]], *, otherwise: GridPoint) -> list[GridPoint]:
+    """Return the points of a full grid, sorted; axes that are not named stay as in ``otherwise``.
+
+    Where n varies and m does not, m keeps its share of n. Pairs with m outside 1 … n − 1 are left out.
+
+    Raises:
+        ValueError: An axis does not exist.
+    """
+    for name in axes:
+        if name not in AXES:
+            raise ValueError(f"{name!r} is no axis; allowed: {', '.join(AXES)}")
+    points = set()
+    for combination in itertools.product(*axes.values()):
+        at = {f.name: getattr(otherwise, f.name) for f in fields(GridPoint)} | dict(zip(axes, combination, strict=True))
+        if "chosen" not in axes:
+            at["chosen"] = max(1, round(otherwise.chosen / otherwise.subtasks * at["subtasks"]))
+        whole = {name: int(at[name]) for name in AXES if LIMITS[name][2]}
+        if 1 <= whole["chosen"] < whole["subtasks"]:
+            points.add(GridPoint(**(at | whole)))
+    return sorted(points)
+
+
+def parts(points: Sequence[GridPoint], count: int) -> list[list[GridPoint]]:
+    """Return the points in up to ``count`` runs of like size, for as many workers; results do not depend on it."""
+    n = min(count, len(points))
+    edges = [len(points) * i // n for i in range(n + 1)] if n else [0]
+    return [list(points[a:b]) for a, b in itertools.pairwise(edges)]

@@ -1,0 +1,84 @@
+"""The trial table, trials.parquet: its schema, and its rows, made of moves or of the markers of any other recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.io.tables import Column, Table, write_table
+from hrcneuro.paradigm.design import MOVE
+
+TRIALS = Table(
+    1,
+    "one row a move (any other study: one row an event); columns that a study does not have are null",
+    {
+        "subject": Column("category", "", "subject"),
+        "event": Column("category", "", "marker name; 'move' in the study"),
+        "scenario": Column("category", "", "sC: sequential collaboration, iC: intermittent collaboration"),
+        "practice": Column("bool", "", "move of a practice block"),
+        "block": Column("int", "", "block, 1..12; practice 1..2"),
+        "episode": Column("int", "", "episode in the block, from 1"),
+        "trial": Column("int", "", "move in the episode, from 0"),
+        "actor": Column("category", "", "who moved: human or robot"),
+        "intended": Column("category", "", "direction of the key pressed or of the robot's plan"),
+        "executed": Column("category", "", "direction of the displacement; null where the grid's edge stopped it"),
+        "target": Column("category", "", "direction of the next path tile, eight values"),
+        "error": Column("bool", "", "an error replaced the intended move"),
+        "row": Column("int", "tiles", "tile after the move, 0..6 from the top"),
+        "col": Column("int", "tiles", "tile after the move, 0..6 from the left"),
+        "key_wrong": Column("bool", "", "the human pressed a key outside the target direction"),
+        "onset_s": Column("float", "s", "onset of the motion, from the recording's first sample"),
+        "onset_sample": Column("int", "samples", "nearest sample to the onset; null without a recording"),
+        "t_f_s": Column("float", "s", "duration of the motion, where known"),
+        "case": Column("category", "", "this move's actor after the previous move's: HH, HR, RR, RH"),
+        "condition_before": Column("category", "", "case of the pair in which this move is tr-1"),
+        "condition_after": Column("category", "", "case of the pair in which this move is tr"),
+        "prev_error": Column("bool", "", "the move before this one in the episode was an error"),
+        "turn": Column("bool", "", "the next target direction differs from this one"),
+        "soa_s": Column("float", "s", "this onset to the next (study: of the episode)"),
+    },
+)
+
+
+def study_trials(moves: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
+    """Return annotated moves as the trial table.
+
+    Args:
+        moves: One row a move, see :func:`hrcneuro.paradigm.conditions.annotate`; one whose onset_s is NaN has no marker
+            in the recording and gets no sample.
+        subject: Whose they are.
+        sfreq: Sampling rate of the recording, in Hz.
+    """
+    return _complete(moves.assign(subject=subject, event=MOVE), sfreq)
+
+
+def event_trials(markers: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
+    """Return one row a marker as the trial table; the columns of the paradigm are null.
+
+    Args:
+        markers: Columns onset_s and event, in order of time.
+        subject: Whose they are.
+        sfreq: Sampling rate of the recording, in Hz.
+    """
+    onsets = markers["onset_s"].to_numpy(float)
+    soa = np.append(np.diff(onsets), np.nan)[: len(onsets)]
+    return _complete(markers.assign(subject=subject, soa_s=soa), sfreq)
+
+
+def write_trials(trials: pd.DataFrame, out: Path) -> None:
+    """Write trials.parquet into the folder ``out``."""
+    write_table(trials, out / "trials.parquet", TRIALS)
+
+
+def _complete(table: pd.DataFrame, sfreq: float) -> pd.DataFrame:
+    table = table.reset_index(drop=True)
+    known = table["onset_s"].notna().to_numpy()
+    samples = pd.array([None] * len(table), dtype="Int64")
+    samples[known] = np.rint(table.loc[known, "onset_s"].to_numpy(float) * sfreq).astype(np.int64)
+    table["onset_sample"] = samples
+    for name in TRIALS.columns:
+        if name not in table:
+            table[name] = None
+    return table[list(TRIALS.columns)]
