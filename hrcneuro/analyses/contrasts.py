@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.paradigm import design
@@ -38,7 +39,7 @@ class ContrastOptions:
     correction: str = option(
         "max", "over all points of the map: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
     )
-    alpha: float = option(0.05, "family-wise error, two-sided", low=0, high=1, open_low=True)
+    alpha: float = option(published.LEVEL.value, "family-wise error, two-sided", low=0, high=1, open_low=True)
     cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
     exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
     flips: int = option(10_000, "random sign flips beyond that", low=100)

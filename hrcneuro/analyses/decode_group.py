@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hrcneuro import published
 from hrcneuro.analyses.decode_subject import as_json
 from hrcneuro.decoding import group
 from hrcneuro.io.tables import Table
@@ -38,13 +39,13 @@ def table2(scores: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of ``TABLE2``."""
     rows = []
     for (scenario, problem, decoder), part in _groups(scores):
-        published = group.PUBLISHED.get((scenario, problem), {})
+        printed = published.TABLE_2.get((scenario, problem), {})
         for measure in MEASURES:
             ours = group.spread(part[measure].to_numpy(dtype=float))
-            mean, sd = published.get(measure, (math.nan, math.nan))
+            mean, sd = printed[measure].value if measure in printed else (math.nan, math.nan)
             detectable = math.nan if measure == "chance" else ours.detectable
-            if measure == "chance" and published:
-                mean = group.PUBLISHED_CHANCE
+            if measure == "chance" and printed:
+                mean = published.CHANCE.value
             key = (scenario, problem, decoder, measure)
             rows.append((*key, ours.mean, ours.sd, ours.n, ours.half_width, detectable, mean, sd))
     return pd.DataFrame(rows, columns=list(TABLE2.columns))
@@ -56,7 +57,7 @@ def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
     for (scenario, problem, decoder), part in _groups(scores):
         done = part[np.isfinite(part["bacc"])]
         everyone = scores[(scores["decoder"] == decoder) & np.isfinite(scores["bacc"])]
-        published = group.PUBLISHED.get((scenario, problem))
+        above = published.ABOVE_CHANCE.get((scenario, problem))
         acc, chance = _mean(done["acc"]), _mean(everyone["chance"])
         rows.append(
             {
@@ -67,7 +68,7 @@ def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
                 "acc": acc,
                 "chance": chance,
                 "above_chance": bool(acc > chance) if len(done) else None,
-                "published_above": None if published is None else published["acc"][0] > group.PUBLISHED_CHANCE,
+                "published_above": None if above is None else above.value,
             }
         )
     table = pd.DataFrame(rows, columns=[name for name in TESTS.columns if name not in ("p_holm", "significant")])

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import stages
+from hrcneuro import published, stages
 from hrcneuro.config.reader import Reader
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
@@ -22,7 +22,9 @@ class Study:
 
     name: str = option("ehrlich2023", "name of the study, for the report")
     subjects: tuple[str, ...] = option(tuple(f"s{i:02d}" for i in range(1, 13)), "the units of the subject stages")
-    exclude: tuple[str, ...] = option(("s07",), "subjects left out of everything after epoch (paper 2.5.1)")
+    exclude: tuple[str, ...] = option(
+        published.EXCLUDED.value, "subjects left out of everything after epoch (paper 2.5.1)"
+    )
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hrcneuro import published
 from hrcneuro.contract import option
 
-MEAN_WINDOW_S = (0.0, 0.8)
-SHRINKAGE = 0.9
+MEAN_WINDOW_S = published.REMOVED_MEAN_S.value
+SHRINKAGE = published.SHRINKAGE.value
 
 
 @dataclass(frozen=True)
@@ -16,8 +17,10 @@ class Scheme:
 
     mean_window_s: tuple[float, ...] = option(MEAN_WINDOW_S, "start and end of the mean that is removed", unit="s")
     shrinkage: float = option(SHRINKAGE, "lambda of the regularised LDA", low=0, high=1, open_low=True)
-    folds: int = option(10, "folds; fewer where the smaller class has fewer trials", low=2, high=1000)
-    repeats: int = option(10, "how often the folds are drawn anew", low=1, high=1000)
+    folds: int = option(
+        published.REPEATS_FOLDS.value[1], "folds; fewer where the smaller class has fewer trials", low=2, high=1000
+    )
+    repeats: int = option(published.REPEATS_FOLDS.value[0], "how often the folds are drawn anew", low=1, high=1000)
     balance: str = option(
         "undersample",
         "how training sets are balanced; oversampling biases towards the larger class",

@@ -19,7 +19,8 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
         for stage, name in (("acquire", "trials.parquet"), ("robot", "moves.parquet"))
     )
     if moves:
-        figure.draw(moves, trials, published.SOA_MS, out / "moves.png")
+        soa_ms = {scenario: printed.value for scenario, printed in published.SOA_MS.items()}
+        figure.draw(moves, trials, soa_ms, out / "moves.png")
 
 
 DRAWINGS = Drawings(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hrcneuro import published
 from hrcneuro.contract import option
 
 FILTERS = ("zero_phase", "causal")
@@ -15,9 +16,15 @@ SPLINES = ("eeglab", "perrin")
 class CleaningParams:
     """The chain's parameters (paper §2.3.3); the defaults are the paper's."""
 
-    l_freq: float = option(1.0, "lower edge of the pass band", unit="Hz", low=0, open_low=True)
-    h_freq: float = option(40.0, "upper edge of the pass band", unit="Hz", low=0, open_low=True)
-    sfreq: float = option(512.0, "sampling rate to come down to; a slower recording keeps its own", unit="Hz", low=1)
+    l_freq: float = option(
+        published.PASS_BAND_HZ.value[0], "lower edge of the pass band", unit="Hz", low=0, open_low=True
+    )
+    h_freq: float = option(
+        published.PASS_BAND_HZ.value[1], "upper edge of the pass band", unit="Hz", low=0, open_low=True
+    )
+    sfreq: float = option(
+        published.CLEAN_HZ.value, "sampling rate to come down to; a slower recording keeps its own", unit="Hz", low=1
+    )
     filter: str = option(
         "zero_phase",
         "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass, fourth-order low-pass; sfreq looks ahead",
@@ -35,7 +42,11 @@ class CleaningParams:
     )
     bad_channels: str = option("kurtosis", "how contaminated channels are found", choices=("kurtosis", "none"))
     threshold: float = option(
-        2.0, "channels whose normalised kurtosis lies further from the mean are bad", unit="SD", low=0, open_low=True
+        published.KURTOSIS_SD.value,
+        "channels whose normalised kurtosis lies further from the mean are bad",
+        unit="SD",
+        low=0,
+        open_low=True,
     )
     interpolation: str = option(
         "eeglab",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hrcneuro import published
 from hrcneuro.contract import option
 
 if TYPE_CHECKING:
@@ -15,12 +16,18 @@ if TYPE_CHECKING:
 class WaveletFamily:
     """Frequencies, cycles and length of Morlet wavelets (paper §2.5.3)."""
 
-    low_hz: float = option(2.0, "lowest frequency", unit="Hz", low=0, open_low=True)
-    high_hz: float = option(30.0, "highest frequency", unit="Hz", low=0, open_low=True)
-    step_hz: float = option(2.0, "distance of the frequencies", unit="Hz", low=0, open_low=True)
-    low_cycles: float = option(2.0, "cycles of the lowest frequency's wavelet", low=0, open_low=True)
-    high_cycles: float = option(10.0, "cycles of the highest one's; evenly spaced between", low=0, open_low=True)
-    kernel_s: float = option(1.0, "length of the wavelets", unit="s", low=0, open_low=True)
+    low_hz: float = option(published.FREQUENCIES_HZ.value[0], "lowest frequency", unit="Hz", low=0, open_low=True)
+    high_hz: float = option(published.FREQUENCIES_HZ.value[1], "highest frequency", unit="Hz", low=0, open_low=True)
+    step_hz: float = option(
+        published.FREQUENCY_STEP_HZ.value, "distance of the frequencies", unit="Hz", low=0, open_low=True
+    )
+    low_cycles: float = option(
+        published.CYCLES.value[0], "cycles of the lowest frequency's wavelet", low=0, open_low=True
+    )
+    high_cycles: float = option(
+        published.CYCLES.value[1], "cycles of the highest one's; evenly spaced between", low=0, open_low=True
+    )
+    kernel_s: float = option(published.WAVELET_S.value, "length of the wavelets", unit="s", low=0, open_low=True)
 
     def at(self, sfreq: float) -> Wavelets:
         """Return the wavelets at a sampling rate, Hz.

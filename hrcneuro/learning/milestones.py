@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro import published
 from hrcneuro.learning.simulations import Curve
 
-LEVELS = (0.7, 0.8)  # of choice accuracy, the paper's (§3.3)
-PRINTED = {  # §3.3: episode, minutes
-    ("SIM1", "emp", 0.7): (35, 6.0),
-    ("SIM1", "emp", 0.8): (100, 17.0),
+LEVELS = tuple(printed.value for printed in published.SIM1_ACCURACY.values())  # of choice accuracy
+# (simulation, decoder, level) -> the episode at which the paper says that it is reached, and after how many minutes.
+PRINTED = {
+    ("SIM1", "emp", printed.value): (episode, published.SIM1_MINUTES[episode].value)
+    for episode, printed in published.SIM1_ACCURACY.items()
 }
 
 

@@ -1,6 +1,8 @@
 """The study's design (paper Table 1, § 2.3.2), as the defaults of every stage; values only."""
 
-T_F_S = (0.6, 1.2)
+from hrcneuro import published
+
+T_F_S = published.MOVE_S.value
 """Shortest and longest duration of a motion from tile to tile, seconds."""
 
 MOVE = "move"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-SIZE = 7
+from hrcneuro import published
+
+SIZE = published.GRID_TILES.value
 INNER = range(1, SIZE - 1)
 """Rows and columns that are not on the border ring."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.paradigm.design import T_F_S
 
@@ -19,10 +20,14 @@ class SessionParams:
     Practice has fewer errors in the logs.
     """
 
-    practice_episodes: int = option(5, "episodes in each of the two practice blocks; 0 for none", low=0)
-    blocks: int = option(12, "main blocks; odd ones iC, even ones sC", low=1, high=99)
-    episodes_per_block: int = option(13, "episodes in a main block", low=1)
-    error_rate: float = option(0.30, "probability that a move after no error goes wrong", low=0, high=1)
+    practice_episodes: int = option(
+        published.PRACTICE.value[1], "episodes in each of the two practice blocks; 0 for none", low=0
+    )
+    blocks: int = option(published.BLOCKS.value, "main blocks; odd ones iC, even ones sC", low=1, high=99)
+    episodes_per_block: int = option(published.EPISODES_A_BLOCK.value, "episodes in a main block", low=1)
+    error_rate: float = option(
+        published.ERROR_SHARE.value, "probability that a move after no error goes wrong", low=0, high=1
+    )
     practice_error_rate: float = option(0.22, "the same in practice blocks", low=0, high=1)
     wrong_key_rate: float | None = option(
         None, "share of keys outside the target, roughly: from 0.05 on, less; none: drawn", low=0, high=1
@@ -46,7 +51,7 @@ class TimingParams:
     t_f_sd_s: float = option(0.12, "its standard deviation", unit="s", low=0)
     reaction_mean_s: float = option(0.23, "a human's mean reaction time", unit="s", low=0)
     reaction_sd_s: float = option(0.07, "its standard deviation", unit="s", low=0)
-    soa_min_s: float = option(0.6, "shortest time from onset to onset", unit="s", low=0)
+    soa_min_s: float = option(published.INTER_TRIAL_S.value[0], "shortest time from onset to onset", unit="s", low=0)
     start_next: str = option("at_rest", "when the next motion may start", choices=START_NEXT)
     lead_in_s: float = option(5.0, "recorded before the first move", unit="s", low=0)
     pause_s: float = option(1.5, "pause between episodes", unit="s", low=0)

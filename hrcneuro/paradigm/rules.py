@@ -11,6 +11,7 @@ from functools import partial
 
 import pandas as pd
 
+from hrcneuro import published
 from hrcneuro.paradigm import measures as m
 from hrcneuro.paradigm.retrace import RetracedStudy, retrace
 
@@ -25,9 +26,6 @@ AFTER_ERROR = {
     "iC": {"HH": 0.27, "HR": 0.03, "RR": 0.26, "RH": 0.68},
 }
 """Share of the pairs' tr−1 that follow an error, in the logs."""
-
-SOA_S = {"sC": (0.8759, 0.1339), "iC": (0.8723, 0.1314)}
-"""Published mean and standard deviation of the time from onset to onset (§2.3.1)."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +71,16 @@ def _never(text: str, measure: Callable[[RetracedStudy], float]) -> Rule:
 
 def _errors() -> Iterator[Rule]:
     yield _never("errors right after an error", m.errors_in_a_row)
-    yield _near("error rate after no error, main blocks", 0.30, 0.014, m.error_rate)
+    yield _near("error rate after no error, main blocks", published.ERROR_SHARE.value, 0.014, m.error_rate)
     for column, value in (("actor", "human"), ("actor", "robot"), ("scenario", "sC"), ("scenario", "iC")):
-        yield _near(f"the same, {column} {value}", 0.30, 0.025, partial(m.error_rate, column=column, value=value))
-    yield _near("the same, straight target", 0.30, 0.025, partial(m.error_rate, diagonal=False))
-    yield _near("the same, diagonal target", 0.30, 0.14, partial(m.error_rate, diagonal=True))
+        yield _near(
+            f"the same, {column} {value}",
+            published.ERROR_SHARE.value,
+            0.025,
+            partial(m.error_rate, column=column, value=value),
+        )
+    yield _near("the same, straight target", published.ERROR_SHARE.value, 0.025, partial(m.error_rate, diagonal=False))
+    yield _near("the same, diagonal target", published.ERROR_SHARE.value, 0.14, partial(m.error_rate, diagonal=True))
     yield _near("share of errors, main blocks: p / (1 + p)", 0.23, 0.01, lambda s: m.main_moves(s)["error"].mean())
     yield _near("error rate after no error, practice blocks", 0.219, 0.04, partial(m.error_rate, practice=True))
     for way in ("left", "opposite", "right"):
@@ -138,7 +141,8 @@ def _pairs() -> Iterator[Rule]:
 
 
 def _timing() -> Iterator[Rule]:
-    for scenario, (mean, sd) in SOA_S.items():
+    for scenario, printed in published.SOA_MS.items():
+        mean, sd = (value / 1000 for value in printed.value)
         yield _near(f"{scenario}: onset to onset, mean (s)", mean, 0.020, partial(m.mean_soa, scenario=scenario))
         yield _near(f"{scenario}: onset to onset, SD (s)", sd, 0.020, partial(m.sd_soa, scenario=scenario))
     yield Rule("shortest onset to onset (s)", 0.6, 0.7, m.least_soa)

@@ -44,12 +44,18 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
         {
             "items": {f"{i.stage}/{i.unit}": _shown(i) for i in items},
             "code": fingerprint.code("hrcneuro.report.page", package, memo),
-            "style": fingerprint.file_digest(Path(__file__).with_name("page.css")),
+            "layout": {p.name: fingerprint.file_digest(p) for p in _layout()},
             "version": __version__,
             "study": params(settings.study),
             "sections": {name: params(section) for name, section in settings.sections.items()},
         }
     )
+
+
+def _layout() -> list[Path]:
+    """Return the files that the page is made of beside code: templates, style and script."""
+    folder = Path(__file__).parent
+    return [*sorted((folder / "templates").rglob("*.html")), folder / "page.css", folder / "page.js"]
 
 
 def _shown(item: Any) -> list[Any]:

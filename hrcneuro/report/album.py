@@ -33,14 +33,23 @@ class _Picture:
 
 
 class Album:
-    """Hands out a mark for every picture, and replaces the marks once all are known."""
+    """Hands out a mark for every picture, and replaces the marks once all are known.
+
+    Attributes:
+        budget: How many characters the pictures may take in the page.
+    """
 
     def __init__(self, budget: int = BUDGET) -> None:
         self.budget = budget
         self._pictures: dict[str, _Picture] = {}
 
     def mark(self, path: Path, *, subject: bool) -> str:
-        """Return what stands for a picture in the page until :meth:`fill`; equal pictures share it."""
+        """Return what stands for a picture in the page until :meth:`fill`; equal pictures share it.
+
+        Args:
+            path: Of the PNG.
+            subject: Whether it is one of the subjects' pictures, which are given up before the group's.
+        """
         name = f"{{{{picture:{hashlib.sha256(path.read_bytes()).hexdigest()[:16]}}}}}"
         known = self._pictures.get(name)
         self._pictures[name] = _Picture(path, subject and (known is None or known.subject))
@@ -52,16 +61,17 @@ class Album:
         return _MARK.sub(lambda mark: data[mark[0]], page)
 
     def _encoded(self) -> dict[str, str]:
-        found: dict[str, str] = {}
+        """Return mark -> data URI, in the first form in which all pictures keep to the budget, or in the last."""
+        uris: dict[str, str] = {}
         for group, subject in _STEPS:
             forms = {name: subject if p.subject else group for name, p in self._pictures.items()}
             paths = [self._pictures[name].path for name in forms]
             with ThreadPoolExecutor() as pool:
-                found = dict(zip(forms, pool.map(_uri, paths, forms.values()), strict=True))
+                uris = dict(zip(forms, pool.map(_uri, paths, forms.values()), strict=True))
             # Marks that stand several times in the page cost once each; subjects' pictures stand once.
-            if sum(map(len, found.values())) <= self.budget:
+            if sum(map(len, uris.values())) <= self.budget:
                 break
-        return found
+        return uris
 
 
 def _uri(path: Path, form: Form | None) -> str:

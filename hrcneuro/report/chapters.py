@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from hrcneuro.report.markup import Cell, Raw, esc, fold, table
+from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
 
+Values = Mapping[str, Any]
+
 _MEASURES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC", "bacc": "balanced", "auc": "AUC"}
-_MEANINGS = (
-    "<p class='small'>Balanced: mean of TNR and TPR. AUC: area under the receiver operating characteristic. LOBO: "
-    "balanced accuracy with one block left out at a time.</p>"
-)
 _PLAIN = {"bacc": "all trials", "lobo_bacc": "one block left out"}
 _STRATA = {
     **_PLAIN,
@@ -28,27 +26,15 @@ _STRATA = {
     "prev_error_fitted_bacc": "no EEG: previous error",
     "turn_fitted_bacc": "no EEG: turn ahead",
 }
-_POWER = (
-    "<p class='small'>Detectable: the smallest mean that a one-sided t test against 50 % finds with 80 % power, with "
-    "as many subjects and this SD. Retrained decoders learn from fewer trials, which costs accuracy whatever is "
-    "decoded.</p>"
-)
 
 
 def tables(results: Results, stage: str) -> str:
-    """Return a stage's tables; empty where it has none to show."""
-    makers = {
-        "acquire": _recordings,
-        "preprocess": _quality,
-        "epoch": _counts,
-        "decode": _decoding,
-        "simulate": _milestones,
-        "robot": _robots,
-    }
-    return makers[stage](results) if stage in makers else ""
+    """Return a stage's tables as HTML; empty where it has none to show."""
+    values = _VALUES[stage](results) if stage in _VALUES else {}
+    return render(f"chapters/{stage}.html", **values) if values else ""
 
 
-def _recordings(results: Results) -> str:
+def _recordings(results: Results) -> Values:
     rows: list[list[Cell]] = []
     for unit in results.units("acquire"):
         s = results.summary("acquire", unit)
@@ -59,64 +45,66 @@ def _recordings(results: Results) -> str:
         out = "" if unit in results.settings.included else "excluded"
         minutes = s.get("duration_s", math.nan) / 60
         rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
-    return table(["subject", "data", "channels", "rate", "length", "events", "note"], rows)
+    head = ["subject", "data", "channels", "rate", "length", "events", "note"]
+    return {"recordings": PageTable(head, rows)}
 
 
-def _quality(results: Results) -> str:
+def _quality(results: Results) -> Values:
     rows: list[list[Cell]] = []
     for unit in results.units("preprocess"):
         s = results.summary("preprocess", unit)
         rate = f"{s.get('source_sfreq', 0):g} to {s.get('sfreq', 0):g} Hz"
         rows.append([unit, ", ".join(s.get("interpolated", ())) or "none", rate, s.get("interpolation", "")])
-    return fold("Replaced channels", table(["subject", "replaced", "rate", "interpolation"], rows))
+    return {"replaced": PageTable(["subject", "replaced", "rate", "interpolation"], rows)}
 
 
-def _counts(results: Results) -> str:
-    found = {u: results.summary("epoch", u) for u in results.units("epoch")}
-    cells = [(s, c) for one in found.values() for s, cases in one.get("counts", {}).items() for c in cases]
+def _counts(results: Results) -> Values:
+    summaries = {u: results.summary("epoch", u) for u in results.units("epoch")}
+    cells = [(s, c) for one in summaries.values() for s, cases in one.get("counts", {}).items() for c in cases]
     # A summary that comes from the cache has lost its order.
     cells = sorted(set(cells))
     rows: list[list[Cell]] = []
-    for unit, s in found.items():
+    for unit, s in summaries.items():
         counts = [s.get("counts", {}).get(scenario, {}).get(case, 0) for scenario, case in cells]
         rows.append([unit, *counts, s.get("epochs", ""), s.get("rejected", 0), "outlier" if s.get("outlier") else ""])
-    included = [s for u, s in found.items() if u in results.settings.included]
+    included = [s for u, s in summaries.items() if u in results.settings.included]
     if len(included) > 1:
         means = [spread([s.get("counts", {}).get(a, {}).get(b, 0) for s in included], 0) for a, b in cells]
         rows.append([f"mean ± SD, n = {len(included)}", *means, "", "", ""])
     head = ["subject", *(f"{a} {b}" for a, b in cells), "epochs", "rejected", "note"]
-    return table(head, rows)
+    return {"counts": PageTable(head, rows)}
 
 
-def _decoding(results: Results) -> str:
+def _decoding(results: Results) -> Values:
     table2, subjects = (results.table("decode", "group", f"{n}.parquet") for n in ("table2", "subjects"))
     tests = results.table("decode", "group", "group_tests.parquet")
     if table2 is None or subjects is None or tests is None or table2.empty:
-        return ""
-    decoders = list(dict.fromkeys(subjects["decoder"]))
-    title = "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects"
-    at = {name: table2[table2["decoder"] == name] for name in decoders}
-    text = f"<h3>{title}</h3>{_table_2(at[decoders[0]])}{_MEANINGS}"
-    text += f"<h3>Above chance?</h3>{_tests(tests)}{_strata(at[decoders[0]])}"
+        return {}
     compared = results.table("decode", "group", "compared.parquet")
-    if compared is not None and len(compared):
-        rows = [
-            [r["scenario"], r["problem"], r["decoder"], f"{r['difference']:+.1f} ± {r['sd']:.1f}", _p(r["p_holm"])]
-            for r in compared.to_dict("records")
-        ]
-        head = ["scenario", "problem", "decoder", f"balanced accuracy less that of {decoders[0]}", "p (Holm)"]
-        text += f"<h3>Decoders compared</h3>{table(head, rows)}"
-    for name in decoders[1:]:
-        text += fold(f"{title} and strata of {name}", _table_2(at[name]) + _strata(at[name]))
-    scheme = results.settings.sections["decode"]
-    caveat = (
-        "<p class='small'>p, permutation, tests the balanced accuracy of one repeat, whose folds are drawn for it and "
-        f"which stands before it; the other rates are means over the repeats, {scheme.repeats} as configured.</p>"
-    )
-    return text + fold("Every subject", caveat + _subjects(subjects))
+    names = list(dict.fromkeys(subjects["decoder"]))
+    decoders = []
+    for name in names:
+        rows = table2[table2["decoder"] == name]
+        decoders.append({"name": name, "table_2": _table_2(rows), "strata": _strata(rows)})
+    return {
+        "title": "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects",
+        "decoders": decoders,
+        "tests": _tests(tests),
+        "compared": _compared(compared, names[0]) if compared is not None and len(compared) else None,
+        "subjects": _subjects(subjects),
+        "repeats": results.settings.sections["decode"].repeats,
+    }
 
 
-def _table_2(rows: Any) -> str:
+def _compared(compared: Any, first: str) -> PageTable:
+    rows: list[list[Cell]] = [
+        [r["scenario"], r["problem"], r["decoder"], f"{r['difference']:+.1f} ± {r['sd']:.1f}", _p(r["p_holm"])]
+        for r in compared.to_dict("records")
+    ]
+    return PageTable(["scenario", "problem", "decoder", f"balanced accuracy less that of {first}", "p (Holm)"], rows)
+
+
+def _table_2(rows: Any) -> PageTable:
     measures = _MEASURES | {"lobo_bacc": "LOBO", "chance": "chance"}
     lines: list[list[Cell]] = []
     for (scenario, problem), part in rows.groupby(["scenario", "problem"], sort=True):
@@ -126,11 +114,11 @@ def _table_2(rows: Any) -> str:
         printed = [_mean(at.get(name), "published_") for name in measures]
         if any(cell != "-" for cell in printed):
             lines.append(["", "", "published", *printed])
-    return table(["scenario", "problem", "", *(f"{name} (%)" for name in measures.values())], lines)
+    return PageTable(["scenario", "problem", "", *(f"{name} (%)" for name in measures.values())], lines)
 
 
-def _strata(rows: Any) -> str:
-    """Return a table with a row a measure and a column a problem; empty where no trial has a cue."""
+def _strata(rows: Any) -> PageTable | None:
+    """Return a table with a row a measure and a column a problem; None where no trial has a cue."""
     places = list(rows.groupby(["scenario", "problem"], sort=True))
     at = [{r["measure"]: r for r in part.to_dict("records")} for _, part in places]
     lines: list[list[Cell]] = []
@@ -140,9 +128,9 @@ def _strata(rows: Any) -> str:
             lines.append([label, *cells])
     # Without any cue only the plain accuracies are left, which stand above.
     if not any(line[0] not in _PLAIN.values() for line in lines):
-        return ""
+        return None
     head = ["balanced accuracy (%)", *(f"{scenario}: {problem}" for (scenario, problem), _ in places)]
-    return f"<h3>Within strata, and without EEG</h3>{_POWER}{table(head, lines)}"
+    return PageTable(head, lines)
 
 
 def _powered(row: Mapping[str, Any] | None, subjects: int) -> Cell:
@@ -153,7 +141,7 @@ def _powered(row: Mapping[str, Any] | None, subjects: int) -> Cell:
     known = math.isfinite(row["detectable"]) and not row["measure"].endswith("_fitted_bacc")
     notes = [f"detectable {row['detectable']:.1f}"] if known else []
     notes += [f"n = {row['n']}"] if row["n"] < subjects else []
-    return Raw(f"{esc(mean)}<small>{', '.join(notes)}</small>") if notes else mean
+    return NotedCell(mean, ", ".join(notes)) if notes else mean
 
 
 def _mean(row: Mapping[str, Any] | None, prefix: str = "") -> str:
@@ -163,7 +151,7 @@ def _mean(row: Mapping[str, Any] | None, prefix: str = "") -> str:
     return f"{row[f'{prefix}mean']:.1f}" + (f" ± {sd:.1f}" if math.isfinite(sd) else "")
 
 
-def _tests(tests: Any) -> str:
+def _tests(tests: Any) -> PageTable:
     rows: list[list[Cell]] = [
         [
             r["scenario"],
@@ -178,10 +166,10 @@ def _tests(tests: Any) -> str:
         for r in tests.to_dict("records")
     ]
     head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)", "ACC above chance"]
-    return table([*head, "published"], rows)
+    return PageTable([*head, "published"], rows)
 
 
-def _subjects(subjects: Any) -> str:
+def _subjects(subjects: Any) -> PageTable:
     rows: list[list[Cell]] = []
     for r in subjects.sort_values(["scenario", "problem", "decoder", "subject"]).to_dict("records"):
         shown = (*_MEASURES, "lobo_bacc", "chance", "permutation_bacc")
@@ -189,19 +177,19 @@ def _subjects(subjects: Any) -> str:
         trials = f"{r['n1']} : {r['n2']}"
         rows.append([r["scenario"], r["problem"], r["decoder"], r["subject"], trials, *rates, _p(r["p"]), r["note"]])
     rates_head = [*_MEASURES.values(), "LOBO", "chance", "balanced, one repeat", "its p, permutation", ""]
-    return table(["scenario", "problem", "decoder", "subject", "trials", *rates_head], rows)
+    return PageTable(["scenario", "problem", "decoder", "subject", "trials", *rates_head], rows)
 
 
 def _p(value: float | None) -> str:
     return "-" if value is None or not math.isfinite(value) else f"{value:.3g}"
 
 
-def _milestones(results: Results) -> str:
-    found = results.table("simulate", "group", "milestones.parquet")
-    if found is None:
-        return ""
+def _milestones(results: Results) -> Values:
+    reached = results.table("simulate", "group", "milestones.parquet")
+    if reached is None:
+        return {}
     rows: list[list[Cell]] = []
-    for r in found[found["variant"].astype(str).str.contains("emp")].to_dict("records"):
+    for r in reached[reached["variant"].astype(str).str.contains("emp")].to_dict("records"):
         episode, earliest, latest = (f"{v:.0f}" if math.isfinite(v) else "never" for v in _three(r))
         minutes = f"{r['minutes']:.0f}" if math.isfinite(r["minutes"]) else "-"
         level = f"{100 * r['level']:.0f} %"
@@ -209,14 +197,14 @@ def _milestones(results: Results) -> str:
             [r["simulation"], r["variant"], level, episode, f"{earliest} to {latest}", f"{r['trial_s']:g} s", minutes]
         )
     head = ["simulation", "decoder", "accuracy", "episode", "95 % band", "a trial lasts", "minutes"]
-    return fold("When the robot has learned", table(head, rows))
+    return {"milestones": PageTable(head, rows)}
 
 
 def _three(row: Mapping[str, Any]) -> tuple[float, float, float]:
     return tuple(math.nan if row[n] is None else float(row[n]) for n in ("episode", "earliest", "latest"))  # type: ignore[return-value]
 
 
-def _robots(results: Results) -> str:
+def _arms(results: Results) -> Values:
     rows: list[list[Cell]] = []
     for unit in results.units("robot"):
         s = results.summary("robot", unit)
@@ -233,8 +221,19 @@ def _robots(results: Results) -> str:
             ]
         )
     head = ["subject", "moves", "greatest error (mm)", "error on arrival (mm)", "2 mm after (s)", "loop (Hz)"]
-    return fold("Every subject's arm", table([*head, "jitter, 99 % (ms)", "stops"], rows))
+    return {"arms": PageTable([*head, "jitter, 99 % (ms)", "stops"], rows)}
 
 
 def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
+
+
+# Stage -> what its template is given; empty where it has nothing to show.
+_VALUES: dict[str, Callable[[Results], Values]] = {
+    "acquire": _recordings,
+    "preprocess": _quality,
+    "epoch": _counts,
+    "decode": _decoding,
+    "simulate": _milestones,
+    "robot": _arms,
+}

@@ -1,62 +1,61 @@
-"""Small pieces of HTML."""
+"""Data to HTML: the templates, which escape all that they are given, and the tables that are handed to them."""
 
 from __future__ import annotations
 
-import html
-from collections.abc import Iterable, Sequence
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
-class Raw:
-    """Text that is HTML already."""
+class NotedCell:
+    """A cell with a line in small letters below its text."""
 
     text: str
+    note: str
 
 
-Cell = str | int | float | Raw
+Cell = str | int | float | NotedCell
 
 
-def esc(text: object) -> str:
-    """Return text safe for HTML, quotes included."""
-    return html.escape(str(text))
+@dataclass(frozen=True)
+class PageTable:
+    """A table of the page.
+
+    Raises:
+        ValueError: A row is longer or shorter than the head.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.head):
+                raise ValueError(f"a row of {len(row)} cells under a head of {len(self.head)}: {row}")
 
 
-def show(cell: Cell) -> str:
-    """Return a cell's HTML."""
-    return cell.text if isinstance(cell, Raw) else esc(cell)
+def render(template: str, **values: Any) -> Markup:
+    """Return a template's HTML, safe within another template; a value that it lacks is an error."""
+    from markupsafe import Markup
+
+    return Markup(_environment().get_template(template).render(values))  # escaped by the template
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[Cell]], *, cards: bool = False) -> str:
-    """Return a table that scrolls sideways where it is too wide; ``cards`` stacks its cells on a phone."""
-    top = "".join(f"<th>{esc(name)}</th>" for name in head)
-    body = []
-    for row in rows:
-        if len(row) == 1:
-            body.append(f"<tr class='group'><th colspan='{len(head)}'>{show(row[0])}</th></tr>")
-            continue
-        cells = "".join(f"<td data-l='{esc(name)}'>{show(c)}</td>" for name, c in zip(head, row, strict=True))
-        body.append(f"<tr>{cells}</tr>")
-    kind = " class='cards'" if cards else ""
-    return (
-        f"<div class='wide'><table{kind}><thead><tr>{top}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
-        if body
-        else ""
+@functools.cache
+def _environment() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("hrcneuro.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
-
-
-def items(lines: Iterable[str]) -> str:
-    """Return a list; nothing without lines."""
-    found = "".join(f"<li>{esc(line)}</li>" for line in lines)
-    return f"<ul>{found}</ul>" if found else ""
-
-
-def fold(title: str, inside: str, *, kind: str = "") -> str:
-    """Return something to unfold; nothing where it would be empty."""
-    name = f" class='{kind}'" if kind else ""
-    return f"<details{name}><summary>{esc(title)}</summary>{inside}</details>" if inside else ""
-
-
-def link(anchor: str, text: str) -> Raw:
-    """Return a link within the page."""
-    return Raw(f"<a href='#{esc(anchor)}'>{esc(text)}</a>")

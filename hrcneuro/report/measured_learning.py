@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from hrcneuro import published
 from hrcneuro.report.results import Results
-from hrcneuro.report.verdicts import REPETITIONS, Measured
+from hrcneuro.report.verdicts import Measured
 
-EVENTS = 10  # in an episode of the paper; the printed minutes rest on it, whatever this run simulates
-SIM1 = {35: (0.70, 6.0), 100: (0.80, 17.0)}
 # Where SIM4's curves are compared. More subtasks are slower while all curves still rise: at episode 40 decoders of 60 %
 # and more have caught up; of 60 seeds the order shows beyond its error in 56 at episode 5, in 41 at 10. How subtasks
 # are shared shows late, with the empirical decoder, which learns slowly: at episode 100 in all 60.
@@ -19,12 +18,12 @@ _EARLY, _LATE = 5, 100
 
 
 def measure(results: Results) -> dict[str, Measured]:
-    """Return result key -> what this run has."""
+    """Return the key of a claim -> what this run has on it."""
     curves = results.table("simulate", "group", "curves.parquet")
     if curves is None or curves.empty:
         return {}
-    found = {**_first(curves), **_second(curves), **_third(results), **_fourth(curves), **_minutes()}
-    return _lacking(results.settings.sections["simulate"].episodes) | found
+    measured = {**_first(curves), **_second(curves), **_third(results), **_fourth(curves), **_minutes()}
+    return _lacking(results.settings.sections["simulate"].episodes) | measured
 
 
 def _lacking(episodes: int) -> dict[str, Measured]:
@@ -38,50 +37,51 @@ def _lacking(episodes: int) -> dict[str, Measured]:
 
 
 def _first(curves: pd.DataFrame) -> dict[str, Measured]:
-    found = {}
-    for episode, (level, _) in SIM1.items():
+    measured = {}
+    for episode, printed in published.SIM1_ACCURACY.items():
         here = curves[(curves["simulation"] == "SIM1") & (curves["variant"] == "emp") & (curves["episode"] == episode)]
         if here.empty:
             continue
         mean, sd, n = (float(here[c].iloc[0]) for c in ("mean", "sd", "n"))
-        margin = 2 * sd * np.sqrt(1 / REPETITIONS + 1 / n)
+        margin = 2 * sd * np.sqrt(1 / published.REPETITIONS.value + 1 / n)
         text = f"{100 * mean:.1f} ± {200 * sd / np.sqrt(n):.1f} %"
         why = f"within {100 * margin:.1f} of the printed figure, twice the Monte-Carlo error of the difference"
-        found[f"sim {episode}"] = Measured(text, bool(abs(mean - level) <= margin), "model", why)
-    return found
+        measured[f"sim {episode}"] = Measured(text, bool(abs(mean - printed.value) <= margin), "model", why)
+    return measured
 
 
 def _minutes() -> dict[str, Measured]:
-    """Return the paper's own arithmetic: so many episodes of ten events, at 1 and at 2 s a trial."""
-    printed = {35: (5.5, 6.5), 100: (16.5, 17.5), 40: (6.0, 7.0)}
-    found = {}
-    for episodes, (low, high) in printed.items():
-        minutes = {s: episodes * EVENTS * s / 60 for s in (1, 2)}
+    """Return the paper's own arithmetic, whatever this run simulates: episodes of ten events at 1 and 2 s a trial."""
+    measured = {}
+    rounded = {n: (about.value - 0.5, about.value + 0.5) for n, about in published.SIM1_MINUTES.items()}
+    for episodes, (low, high) in (rounded | {n: p.value for n, p in published.SIM3_MINUTES.items()}).items():
+        minutes = {s: episodes * published.EVENTS.value * s / 60 for s in (1, 2)}
         text = f"{minutes[2]:.1f} min at 2 s, {minutes[1]:.1f} at 1 s a trial"
         agrees = low <= minutes[2] <= high
         fits = (
             "the printed minutes, which 1 s a trial would give" if low <= minutes[1] <= high else "the printed minutes"
         )
-        found[f"minutes {episodes}"] = Measured(text, agrees, "arithmetic", fits)
-    return found
+        measured[f"minutes {episodes}"] = Measured(text, agrees, "arithmetic", fits)
+    return measured
 
 
 def _second(curves: pd.DataFrame) -> dict[str, Measured]:
     sim = curves[curves["simulation"] == "SIM2"]
     means = {str(v): float(part["mean"].mean()) for v, part in sim.groupby("variant", observed=True)}
-    found = {}
+    measured = {}
     if {"50", "emp", "60", "70", "80"} <= set(means):
         order = sorted(means, key=lambda v: means[v])
         text = (
             " < ".join(f"{v.replace('emp', 'emp.')}: {100 * means[v]:.0f}" for v in order) + " % (mean over episodes)"
         )
-        found["sim2"] = Measured(text, order == ["50", "emp", "60", "70", "80"], "model", "the same order")
+        measured["sim2"] = Measured(text, order == ["50", "emp", "60", "70", "80"], "model", "the same order")
     last = sim[sim["variant"] == "50"].tail(1)
     if len(last):
         mean, error = float(last["mean"].iloc[0]), float(last["sd"].iloc[0] / np.sqrt(last["n"].iloc[0]))
         text = f"{100 * mean:.1f} ± {200 * error:.1f} % at the end"
-        found["sim2 50"] = Measured(text, abs(mean - 0.5) <= 3 * error, "model", "within three standard errors of 50 %")
-    return found
+        agrees, why = abs(mean - 0.5) <= 3 * error, "within three standard errors of 50 %"
+        measured["sim2 50"] = Measured(text, agrees, "model", why)
+    return measured
 
 
 def _third(results: Results) -> dict[str, Measured]:
@@ -103,13 +103,13 @@ def _third(results: Results) -> dict[str, Measured]:
 
 def _fourth(curves: pd.DataFrame) -> dict[str, Measured]:
     early, late = _Point(curves, _EARLY), _Point(curves, _LATE)
-    found = {}
+    measured = {}
     cases = {4: "SIM2 {}", 6: "SIM4 6/3 {}", 10: "SIM4 10/5 {}"}
     means = {n: early.mean([case.format(v) for v in ("emp", "60", "70", "80")]) for n, case in cases.items()}
     steps = [_compared(means[a], means[b]) for a, b in ((4, 6), (6, 10))]
     if all(steps):
         text = ", ".join(f"{n}: {100 * m[0]:.0f} %" for n, m in means.items() if m)
-        found["sim4"] = _verdict(
+        measured["sim4"] = _verdict(
             f"{text} at episode {_EARLY}", [s for s in steps if s], "falls with n, mean of decoders"
         )
     even = late.mean(["SIM4 10/5 emp"])
@@ -118,8 +118,8 @@ def _fourth(curves: pd.DataFrame) -> dict[str, Measured]:
         step = _compared(other, even) if sign > 0 else _compared(even, other)
         if step and other and even:
             text = f"{100 * other[0]:.0f} % against {100 * even[0]:.0f} % at episode {_LATE}"
-            found[key] = _verdict(text, [step], "empirical decoder")
-    return found | _balance(late)
+            measured[key] = _verdict(text, [step], "empirical decoder")
+    return measured | _balance(late)
 
 
 def _balance(late: _Point) -> dict[str, Measured]:
@@ -128,7 +128,7 @@ def _balance(late: _Point) -> dict[str, Measured]:
     steps = [d for d in (_compared(means[m], means[5]) for m in (2, 8)) if d]
     if not steps:
         return {}
-    text = ", ".join(f"{m} of 10: {100 * found[0]:.0f} %" for m, found in means.items() if found)
+    text = ", ".join(f"{m} of 10: {100 * mean[0]:.0f} %" for m, mean in means.items() if mean)
     shown = " and ".join(f"{100 * d:+.1f} ± {100 * margin:.1f}" for d, margin in steps)
     why = f"no difference from 5 of 10 beyond twice the Monte-Carlo error: {shown} points, empirical decoder"
     alike = all(abs(d) <= margin for d, margin in steps)
@@ -136,7 +136,7 @@ def _balance(late: _Point) -> dict[str, Measured]:
 
 
 class _Point:
-    """The curves at one episode."""
+    """The learning curves at one episode: mean accuracy and its squared standard error, by simulation and variant."""
 
     def __init__(self, curves: pd.DataFrame, episode: int) -> None:
         here = curves[curves["episode"] == episode]
@@ -148,8 +148,8 @@ class _Point:
         """Return the mean over curves and its squared standard error, or None where a curve is absent."""
         if not all(name in self._at for name in names):
             return None
-        found = np.array([self._at[name] for name in names])
-        return float(found[:, 0].mean()), float(found[:, 1].sum() / len(names) ** 2)
+        curves = np.array([self._at[name] for name in names])
+        return float(curves[:, 0].mean()), float(curves[:, 1].sum() / len(names) ** 2)
 
 
 def _compared(one: tuple[float, float] | None, other: tuple[float, float] | None) -> tuple[float, float] | None:

@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from hrcneuro import __version__, drawings, stages
+from hrcneuro import __version__, drawings, published, stages
 from hrcneuro.contract import GROUP
 from hrcneuro.figures.style import DPI
-from hrcneuro.report import chapters, provenance
+from hrcneuro.report import chapters, markup, provenance
 from hrcneuro.report.album import Album
+from hrcneuro.report.claims import PublishedRow, rows
 from hrcneuro.report.gallery import collect
-from hrcneuro.report.markup import Cell, Raw, esc, fold, items, link, table
-from hrcneuro.report.published import Row, rows
 from hrcneuro.report.results import Figure, Results
 from hrcneuro.report.verdicts import AGREES, DIFFERS, PLANTED, VERDICTS
 
 _PLURAL = {AGREES: "agree", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
-_APPENDIX = "All contrasts: without mask, with error moves left out, and within strata"
-# A link into something folded unfolds it, and so does printing; without script both still work by hand.
-_SCRIPT = (
-    "const open_=()=>{let e=location.hash&&document.getElementById(location.hash.slice(1));"
-    "for(let p=e;p;p=p.parentElement)if(p.tagName==='DETAILS')p.open=true;if(e)e.scrollIntoView()};"
-    "addEventListener('hashchange',open_);addEventListener('load',open_);"
-    "addEventListener('beforeprint',()=>document.querySelectorAll('details:not(.subjects)').forEach(d=>d.open=true))"
-)
 _ONCE = ("reach.png",)  # the same for every subject
 
 
-class Page:
+def render(results: Results, folder: Path) -> str:
+    """Return the report as one HTML document, and leave every figure as a file in the folder."""
+    return _Page(results, folder).html()
+
+
+class _PageFigure(NamedTuple):
+    """A picture as the template shows it; ``source`` is the album's mark for it."""
+
+    anchor: str
+    width: int
+    caption: str
+    source: str
+
+
+class _Page:
     """One report in the making."""
 
     def __init__(self, results: Results, folder: Path) -> None:
@@ -41,101 +48,97 @@ class Page:
         self.figures: dict[str, list[Figure]] = {stage: [] for stage in stages.NAMES}
         for name in drawings.NAMES:
             self.figures[drawings.load(name).chapter or name] += results.figures(name)
-        collect([f for found in self.figures.values() for f in found], folder)
-        self.chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
+        collect([f for figures in self.figures.values() for f in figures], folder)
+        self.stages = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
 
-    def render(self) -> str:
-        """Return the report as one HTML document."""
-        name = esc(self.results.settings.study.name)
-        found = rows(self.results)
-        body = [
-            self._head(found),
-            self._missing(),
-            _verdicts(found, {*self.chapters, *(a for stage in self.chapters for a, _ in self._anchors(stage))}),
-            *map(self._chapter, self.chapters),
-            provenance.chapter(self.results),
-        ]
-        style = files("hrcneuro.report").joinpath("page.css").read_text(encoding="utf-8")
-        page = (
-            "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
-            "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-            "<link rel='icon' href='data:,'>"
-            f"<title>{name} - hrcneuro</title><style>{style}</style></head>"
-            f"<body>{''.join(body)}<script>{_SCRIPT}</script></body></html>\n"
+    def html(self) -> str:
+        settings = self.results.settings
+        word, sentence = self.results.reality
+        page = markup.render(
+            "page.html",
+            version=__version__,
+            study=settings.study.name,
+            subjects=settings.study.subjects,
+            excluded=settings.study.exclude,
+            reality={
+                "word": word,
+                "sentence": sentence,
+                "kind": {"real": "real", "no data": "none"}.get(word, "synthetic"),
+            },
+            missing=self._missing(),
+            published=self._published(rows(self.results)),
+            chapters=list(map(self._chapter, self.stages)),
+            provenance=provenance.chapter(self.results),
+            style=_own("page.css"),
+            script=_own("page.js"),
         )
         return self.album.fill(page)
 
-    def _head(self, found: Sequence[Row]) -> str:
-        settings = self.results.settings
-        word, sentence = self.results.reality
-        kind = {"real": "real", "no data": "none"}.get(word, "synthetic")
-        left_out = f" ({len(settings.study.exclude)} excluded)" if settings.study.exclude else ""
-        ran = ", ".join(self.chapters) or "nothing"
-        counts = Counter(row.verdict for row in found if row.verdict)
-        chips = "".join(
-            f"<li class='{_kind(v)}'><b>{counts[v]}</b> {_PLURAL.get(v, v)}</li>"
-            for v in VERDICTS
-            if counts[v] or v == AGREES
-        )
-        changed = provenance.changed(settings)
-        note = link("settings", f"{_count(len(changed), 'setting')} not the paper's").text if changed else ""
-        who = f"{_count(len(settings.study.subjects), 'subject')}{left_out}"
-        return (
-            f"<header><h1>{esc(settings.study.name)}</h1><p class='real {kind}'><strong>{word}</strong> {sentence}</p>"
-            f"<p>{who}; ran: {ran}; hrcneuro {__version__}{', ' if note else ''}{note}.</p>"
-            + (f"<ul class='chips'>{chips}</ul>" if found else "")
-            + f"</header>{self._nav(bool(found))}"
-        )
-
-    def _nav(self, published: bool) -> str:
-        first = ["<li><a href='#published'>Published and this run</a></li>"] if published else []
-        for stage in self.chapters:
-            figures = ", ".join(link(anchor, title).text for anchor, title in self._anchors(stage))
-            first.append(f"<li>{link(stage, stages.load(stage).title).text}{f': {figures}' if figures else ''}</li>")
-        first.append("<li><a href='#provenance'>Provenance</a></li>")
-        return f"<nav><ul>{''.join(first)}</ul></nav>"
-
-    def _anchors(self, stage: str) -> list[tuple[str, str]]:
-        """Return (anchor, title) of a chapter's figures; of those a subject has, the first one's."""
-        found: dict[str, str] = {}
+    def _anchors(self, stage: str) -> dict[str, str]:
+        """Return anchor -> title of a chapter's figures; of those a subject has, the first one's."""
+        titles: dict[str, str] = {}
         for figure in sorted(self.figures[stage], key=lambda f: f.stage not in drawings.JOINT):
             title = figure.title or (figure.path.stem if figure.unit == GROUP else "")
-            if title and title not in found.values():
-                found[_anchor(figure)] = title
-        return list(found.items())
+            if title and title not in titles.values():
+                titles[_anchor(figure)] = title
+        return titles
 
-    def _missing(self) -> str:
-        missing = [i for i in self.results.items if i.state not in ("hit", "ran")]
-        if not missing:
-            return ""
+    def _missing(self) -> list[str]:
+        """Return a line for what the report lacks and why, units that lack it alike together."""
         words = {"would-run": "has not run with these settings, data and code", "blocked": "could not run"}
         alike: dict[tuple[str, str], list[str]] = {}
-        for i in missing:
-            why = dict.fromkeys(re.sub(r"^(inputs: \w+) of \S+ ", r"\1 ", one) for one in i.why)
-            alike.setdefault((i.stage, f"{words.get(i.state, i.state)} ({'; '.join(why)})"), []).append(i.unit)
-        lines = [f"{stage} {_span(units)}: {text}" for (stage, text), units in alike.items()]
-        return f"<section class='missing'><h2>Not in this report</h2>{items(provenance.plain(lines))}</section>"
+        for i in self.results.items:
+            if i.state not in ("hit", "ran"):
+                why = dict.fromkeys(re.sub(r"^(inputs: \w+) of \S+ ", r"\1 ", one) for one in i.why)
+                alike.setdefault((i.stage, f"{words.get(i.state, i.state)} ({'; '.join(why)})"), []).append(i.unit)
+        return provenance.plain(f"{stage} {_span(units)}: {text}" for (stage, text), units in alike.items())
 
-    def _chapter(self, stage: str) -> str:
-        notes = [w.removeprefix(f"{stage} ") for w in self.results.warnings() if w.startswith(f"{stage} ")]
+    def _published(self, lines: Sequence[PublishedRow]) -> dict[str, Any] | None:
+        """Return what is said of the paper; None where the study is another one."""
+        if not lines:
+            return None
+        counts = Counter(row.verdict for row in lines if row.verdict)
+        results = [row for row in lines if row.kind == "result"]
+        return {
+            "doi": published.DOI,
+            "chips": [
+                {"kind": v.split()[0], "number": counts[v], "word": _PLURAL.get(v, v)}
+                for v in VERDICTS
+                if counts[v] or v == AGREES
+            ],
+            "meanings": list(VERDICTS.items()),
+            # A criterion where it was applied, a reason where it could not be.
+            "applied": (AGREES, DIFFERS, PLANTED),
+            "anchors": {*self.stages, *(anchor for stage in self.stages for anchor in self._anchors(stage))},
+            "chapters": [
+                {"stage": stage, "title": stages.load(stage).title, "rows": list(part)}
+                for stage, part in itertools.groupby(results, key=lambda row: row.chapter)
+            ],
+            "parameters": _without_verdict(lines, "parameter"),
+            "setup": _without_verdict(lines, "setup"),
+        }
+
+    def _chapter(self, stage: str) -> dict[str, Any]:
         group = [f for f in self.figures[stage] if f.unit == GROUP]
         joint = [f for f in group if f.stage in drawings.JOINT]
-        composed = any(f.path.name == "fig2.png" for f in self.figures["erp"])
         # Where the composed figures are there, the stage's own ones are the appendix.
-        beside = [f for f in group if composed and f.path.name in _FOLDED]
-        plain = "".join(self._figure(f) for f in group if f not in (*beside, *joint))
-        shown = "".join(map(self._figure, joint))
-        if beside and not shown:
-            shown = "<p>Composed with the potentials: <a href='#fig2'>Fig 2</a>, <a href='#fig3'>Fig 3</a>.</p>"
-        return (
-            f"<section id='{stage}'><h2>{stages.load(stage).title}</h2>{plain}{shown}"
-            f"{chapters.tables(self.results, stage)}"
-            f"{items(provenance.plain(notes))}"
-            f"{fold(_APPENDIX, ''.join(map(self._figure, beside)))}"
-            f"{self._subjects(stage)}</section>"
-        )
+        composed = any(f.path.name == "fig2.png" for f in self.figures["erp"])
+        appendix = [f for f in group if composed and f.path.name in _FOLDED]
+        notes = [w.removeprefix(f"{stage} ") for w in self.results.warnings() if w.startswith(f"{stage} ")]
+        return {
+            "stage": stage,
+            "title": stages.load(stage).title,
+            "anchors": list(self._anchors(stage).items()),
+            "figures": [self._shown(f) for f in group if f not in (*appendix, *joint)],
+            "joint": list(map(self._shown, joint)),
+            "tables": chapters.tables(self.results, stage),
+            "notes": provenance.plain(notes),
+            "appendix": list(map(self._shown, appendix)),
+            **self._subjects(stage),
+        }
 
-    def _subjects(self, stage: str) -> str:
+    def _subjects(self, stage: str) -> dict[str, Any]:
+        """Return the figures of the subject that the chapter shows, and of the others, which are folded."""
         figures = [f for f in self.figures[stage] if f.unit != GROUP]
         units = list(dict.fromkeys(f.unit for f in figures))
         once = [f for f in figures if f.path.name in _ONCE and f.unit == units[0]]
@@ -143,30 +146,32 @@ class Page:
         # One subject of the arm is a figure of the chapter; of the rest the group's figures speak.
         first = [f for f in each if f.unit == units[0]] if stage == "robot" or len(units) == 1 else []
         rest = [f for f in each if f not in first]
-        title = f"{'Other subjects' if first else 'Subjects'} ({len({f.unit for f in rest})})"
-        where = "<p class='small'>Also as files, in full: figures/SUBJECT beside this page.</p>" if rest else ""
-        inside = where + "".join(map(self._figure, rest))
-        return "".join(map(self._figure, first + once)) + fold(title, inside, kind="subjects")
+        return {
+            "subject": list(map(self._shown, first + once)),
+            "other": bool(first),
+            "subjects": list(map(self._shown, rest)),
+            "units": len({f.unit for f in rest}),
+        }
 
-    def _figure(self, figure: Figure) -> str:
+    def _shown(self, figure: Figure) -> _PageFigure:
         alone = figure.unit == GROUP or figure.path.name in _ONCE
         text = figure.caption if alone else f"{figure.unit}: {figure.caption}"
         if figure.stage in drawings.JOINT:
             text = f"{figure.title}. {text}"
-        return self._picture(_anchor(figure), figure.path, f"{text}.", subject=figure.unit != GROUP)
-
-    def _picture(self, anchor: str, path: Path, caption: str, *, subject: bool) -> str:
-        mark = self.album.mark(path, subject=subject)
-        text = esc(caption)
-        return (
-            f"<figure id='{anchor}'><div class='pan'><img width='{_width(path)}' alt='{text}' src='{mark}'></div>"
-            f"<figcaption>{text}</figcaption></figure>"
-        )
+        source = self.album.mark(figure.path, subject=figure.unit != GROUP)
+        return _PageFigure(_anchor(figure), _width(figure.path), f"{text}.", source)
 
 
-def render(results: Results, folder: Path) -> str:
-    """Return the report as one HTML document, and leave every figure as a file in the folder."""
-    return Page(results, folder).render()
+def _own(name: str) -> Any:
+    """Return a file of this package for the page as it is, without escapes."""
+    from markupsafe import Markup
+
+    return Markup(files("hrcneuro.report").joinpath(name).read_text(encoding="utf-8"))
+
+
+def _without_verdict(lines: Sequence[PublishedRow], kind: str) -> markup.PageTable:
+    cells = [[row.place, row.quantity, row.published, row.ours] for row in lines if row.kind == kind]
+    return markup.PageTable(["place", "quantity", "published", "this run"], cells)
 
 
 def _anchor(figure: Figure) -> str:
@@ -185,48 +190,3 @@ def _width(path: Path) -> int:
 
     with Image.open(path) as picture:
         return round(110 * picture.width / DPI)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
-
-
-def _kind(verdict: str) -> str:
-    return verdict.split()[0]
-
-
-def _verdicts(found: Sequence[Row], anchors: Container[str]) -> str:
-    if not found:
-        return ""
-    lines: list[list[Cell]] = []
-    chapter = ""
-    for row in (r for r in found if r.kind == "result"):
-        if row.chapter != chapter:
-            chapter = row.chapter
-            lines.append(
-                [link(chapter, stages.load(chapter).title) if chapter in anchors else stages.load(chapter).title]
-            )
-        # A criterion where it was applied, a reason where it could not be.
-        wanted = "wanted: " if row.verdict in (AGREES, DIFFERS, PLANTED) else ""
-        why = f"<small>{wanted}{esc(row.why)}</small>" if row.why else ""
-        verdict = Raw(f"<span class='{_kind(row.verdict)}'>{esc(row.verdict)}</span>{why}")
-        place: Cell = link(row.figure, row.place) if row.figure in anchors else row.place
-        lines.append([place, row.what, row.published, row.ours, verdict])
-    head = ["place", "quantity", "published", "this run"]
-    meanings = "; ".join(f"<em>{v}</em>: {esc(text)}" for v, text in VERDICTS.items())
-    others = "".join(
-        fold(title, table(head, [[r.place, r.what, r.published, r.ours] for r in found if r.kind == kind], cards=True))
-        for kind, title in (
-            (
-                "parameter",
-                "Parameters that the paper prints (chosen, so without verdict; by design: fixed in the program)",
-            ),
-            ("setup", "Setup that the paper prints (given, so without verdict; by design: fixed in the program)"),
-        )
-    )
-    return (
-        "<section id='published'><h2>Published and this run</h2><p>Ehrlich et al. 2023, PLoS ONE 18(7) e0287958 "
-        "(<a href='https://doi.org/10.1371/journal.pone.0287958'>doi:10.1371/journal.pone.0287958</a>), mean ± SD. "
-        f"</p><p class='small'>{meanings}. Below each verdict stands its criterion or its reason.</p>"
-        f"{table([*head, 'verdict'], lines, cards=True)}{others}</section>"
-    )

@@ -7,36 +7,35 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hrcneuro import __version__, stages
+from hrcneuro import stages
 from hrcneuro.contract import params
-from hrcneuro.report.markup import Cell, esc, fold, table
+from hrcneuro.report.markup import Cell, PageTable
 from hrcneuro.report.results import Results
 
 _PATH = re.compile(r"(?<![\w.])(?:[A-Za-z]:)?(?:[/\\][\w.~+-]+){2,}")
 
 
-def chapter(results: Results) -> str:
-    """Return the last chapter."""
-    return (
-        f"<section id='provenance'><h2>Provenance</h2><p>hrcneuro {__version__}. {esc(_times(results))}</p>"
-        f"{_settings(results.settings)}"
-        f"{fold('Whole configuration', _configuration(results.settings))}"
-        f"{fold('Every entry: key, seconds, memory of its process, commit, command, versions', _entries(results))}"
-        "</section>"
-    )
+def chapter(results: Results) -> dict[str, Any]:
+    """Return what the last chapter's template is given."""
+    return {
+        "times": _times(results),
+        "changed": PageTable(["setting", "paper", "this run"], changed(results.settings)),
+        "configuration": plain(_configuration(results.settings)),
+        "entries": _entries(results),
+    }
 
 
 def changed(settings: Any) -> list[tuple[str, str, str]]:
     """Return (key, the paper's value, this run's) of every setting that is not the paper's; no locations."""
-    found = _changed("study", params(type(settings.study)()), params(settings.study))
-    found += _changed("", params(type(settings.shared)()), params(settings.shared))
+    lines = _changed("study", params(type(settings.study)()), params(settings.study))
+    lines += _changed("", params(type(settings.shared)()), params(settings.shared))
     for name in stages.NAMES:
         section, default = settings.sections[name], stages.load(name).config()
         # The shared tables stand in several sections.
         shared = {f.name for f in dataclasses.fields(default) if f.metadata.get("shared")}
         ours, theirs = ({k: v for k, v in params(c).items() if k not in shared} for c in (section, default))
-        found += _changed(name, theirs, ours)
-    return found
+        lines += _changed(name, theirs, ours)
+    return lines
 
 
 def plain(lines: Iterable[str]) -> list[str]:
@@ -55,17 +54,11 @@ def _value(value: Any) -> str:
     return "none" if value is None else plain([str(value)])[0]
 
 
-def _settings(settings: Any) -> str:
-    rows: list[tuple[Cell, ...]] = [(key, theirs, ours) for key, theirs, ours in changed(settings)]
-    text = table(["setting", "paper", "this run"], rows)
-    return f"<div id='settings'><h3>Settings that are not the paper's</h3>{text or '<p>None.</p>'}</div>"
-
-
-def _configuration(settings: Any) -> str:
+def _configuration(settings: Any) -> list[str]:
     lines = [f"study.subjects = {list(settings.study.subjects)}", f"study.exclude = {list(settings.study.exclude)}"]
     for name in stages.NAMES:
         lines += _flat(name, params(settings.sections[name]))
-    return f"<pre>{esc(chr(10).join(plain(lines)))}</pre>"
+    return lines
 
 
 def _flat(name: str, value: Any) -> list[str]:
@@ -84,7 +77,7 @@ def _times(results: Results) -> str:
     return f"Computing time, all subjects: {parts or 'none'}. Seeds: {', '.join(seeds)}."
 
 
-def _entries(results: Results) -> str:
+def _entries(results: Results) -> PageTable:
     rows: list[list[Cell]] = []
     for (stage, unit), item in sorted(results.done.items()):
         about = results.record(stage, unit).get("provenance", {})
@@ -93,4 +86,4 @@ def _entries(results: Results) -> str:
         command = plain([str(about.get("command", ""))])[0]
         seconds = f"{about.get('seconds', 0):.1f}"
         rows.append([stage, unit, item.key, seconds, str(about.get("peak_rss_mb", "")), commit, command, versions])
-    return table(["stage", "unit", "key", "s", "MB", "commit", "command", "versions"], rows)
+    return PageTable(["stage", "unit", "key", "s", "MB", "commit", "command", "versions"], rows)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro import published
 from hrcneuro.report.results import Results
 
 AGREES, DIFFERS, PLANTED, OPEN, MISSING = "agrees", "differs", "by construction", "not testable", "not run"
@@ -17,7 +18,9 @@ VERDICTS = {
     OPEN: "these data cannot tell, for the reason given",
     MISSING: "the stage has not run or has failed",
 }
-SUBJECTS, EPISODES, REPETITIONS = 11, 12 * 13, 100  # the paper's
+_SUBJECTS = published.ANALYSED.value
+_EPISODES = published.BLOCKS.value * published.EPISODES_A_BLOCK.value
+_REPETITIONS = published.REPETITIONS.value
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,12 @@ class Grounds:
 
 
 def grounds(results: Results) -> Grounds:
-    """Return what the verdicts of a run rest on."""
-    found = [results.summary("acquire", unit).get("real", {}) for unit in results.included("acquire")]
-    real: dict[str, bool | None] = {
-        name: None if len({bool(f.get(name)) for f in found}) > 1 else bool(found and found[0].get(name))
-        for name in ("eeg", "behaviour")
-    }
+    """Return what the verdicts of a run rest on: what is real in it, and what is too small to be compared."""
+    recordings = [results.summary("acquire", unit).get("real", {}) for unit in results.included("acquire")]
+    real: dict[str, bool | None] = {}
+    for name in ("eeg", "behaviour"):
+        kinds = {bool(one.get(name)) for one in recordings}
+        real[name] = None if len(kinds) > 1 else True in kinds
     # The paper's own rates are no result of this run; rates decoded from a simulation are circular.
     settings = results.settings.sections["simulate"]
     real["model"] = settings.rates == "paper" or real["eeg"]
@@ -87,35 +90,41 @@ def grounds(results: Results) -> Grounds:
 
 
 def _short(results: Results) -> dict[str, str]:
-    found = {}
+    """Return the ground -> why this run is too small to be compared on it."""
+    short = {}
     units = results.included("acquire")
     tables = results.tables("acquire", "trials.parquet").values()
     episodes = [len(t[~t["practice"].astype(bool)][["block", "episode"]].drop_duplicates()) for t in tables]
-    if len(units) < SUBJECTS:
-        found["behaviour"] = f"{len(units)} subjects, the paper has {SUBJECTS}"
-    elif episodes and np.mean(episodes) < 0.95 * EPISODES:
-        found["behaviour"] = f"{np.mean(episodes):.0f} episodes a subject, the paper has {EPISODES}"
-    if "behaviour" in found:
-        found["eeg"] = found["behaviour"]
+    if len(units) < _SUBJECTS:
+        short["behaviour"] = f"{len(units)} subjects, the paper has {_SUBJECTS}"
+    elif episodes and np.mean(episodes) < 0.95 * _EPISODES:
+        short["behaviour"] = f"{np.mean(episodes):.0f} episodes a subject, the paper has {_EPISODES}"
+    if "behaviour" in short:
+        short["eeg"] = short["behaviour"]
     model = results.settings.sections["simulate"]
-    if model.repetitions < REPETITIONS:
-        found["model"] = f"{model.repetitions} repetitions, the paper has {REPETITIONS}"
-    elif model.rates != "paper" and "eeg" in found:
-        found["model"] = f"the decoder comes from a short study: {found['eeg']}"
-    return found
+    if model.repetitions < _REPETITIONS:
+        short["model"] = f"{model.repetitions} repetitions, the paper has {_REPETITIONS}"
+    elif model.rates != "paper" and "eeg" in short:
+        short["model"] = f"the decoder comes from a short study: {short['eeg']}"
+    return short
 
 
-def near(ours: np.ndarray, mean: float, sd: float, n: int = SUBJECTS) -> tuple[bool, str]:
+def near(ours: np.ndarray, mean: float, sd: float, n: int = _SUBJECTS) -> tuple[bool, str]:
     """Return whether a mean lies within two standard errors of the difference from a published one, and the criterion.
 
     The published SD is taken for both, so that noisy data agree no more easily.
+
+    Args:
+        ours: ndarray, shape (n_subjects,), in the unit of ``mean`` and ``sd``.
+        mean, sd: As published.
+        n: Subjects behind them.
     """
     margin = 2 * sd * math.sqrt(1 / n + 1 / len(ours))
     return bool(abs(float(np.mean(ours)) - mean) <= margin), f"within ± {margin:.2g} of the printed mean"
 
 
 def spread(values: np.ndarray | list[float], digits: int = 1) -> str:
-    """Return mean ± SD (n - 1)."""
+    """Return mean ± SD (n - 1) of values, ndarray, shape (n,); the mean alone of one value."""
     values = np.asarray(values, float)
     sd = f" ± {values.std(ddof=1):.{digits}f}" if len(values) > 1 else ""
     return f"{values.mean():.{digits}f}{sd}"

@@ -6,7 +6,9 @@ import enum
 from dataclasses import dataclass
 from typing import Protocol
 
-RATE = 125.0  # Hz: the UR10 CB3's control rate (paper § 2.3.2)
+from hrcneuro import published
+
+RATE = published.LOOP_HZ.value  # the UR10 CB3's control rate, Hz
 PERIOD = 1.0 / RATE
 
 # Bits of RTDE's safety_status_bits and values of runtime_state ("RTDE guide", Universal Robots).

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.paradigm.grid import SIZE
 
@@ -16,13 +17,21 @@ class Cell:
     """One robot cell (paper § 2.3.1); the paper leaves open how high the arm's base stands and how long its tool is."""
 
     base_height: float = option(0.70, "height of the arm's base above the floor", unit="m", low=0.0, high=2.0)
-    screen_height: float = option(0.60, "height of the screen above the floor", unit="m", low=0.0, high=2.0)
-    hover: float = option(0.02, "height of the tool's tip above the screen", unit="m", low=0.005, high=0.5)
+    screen_height: float = option(
+        published.SCREEN_HEIGHT_M.value, "height of the screen above the floor", unit="m", low=0.0, high=2.0
+    )
+    hover: float = option(
+        published.HOVER_M.value, "height of the tool's tip above the screen", unit="m", low=0.005, high=0.5
+    )
     tool: float = option(0.10, "length of the tool beyond the flange", unit="m", low=0.0, high=0.5)
-    tile: float = option(0.07, "edge of a tile", unit="m", low=0.01, high=0.2)
-    near_edge: float = option(0.76, "distance of the grid's near edge from the base", unit="m", low=0.2, high=1.3)
+    tile: float = option(published.TILE_M.value, "edge of a tile", unit="m", low=0.01, high=0.2)
+    near_edge: float = option(
+        published.NEAR_EDGE_M.value, "distance of the grid's near edge from the base", unit="m", low=0.2, high=1.3
+    )
     sideways: float = option(0.0, "the grid's centre, to the left as the arm looks at it", unit="m", low=-1.0, high=1.0)
-    radius: float = option(0.002, "the next command is accepted within this distance", unit="m", low=1e-4, high=0.02)
+    radius: float = option(
+        published.RADIUS_M.value, "the next command is accepted within this distance", unit="m", low=1e-4, high=0.02
+    )
     margin: float = option(0.05, "keep-inside box: past the grid's edges", unit="m", low=0.0, high=0.5)
     floor: float = option(0.008, "keep-inside box: least height above the screen", unit="m", low=0.0, high=0.1)
     ceiling: float = option(0.40, "keep-inside box: greatest height above the screen", unit="m", low=0.05, high=1.5)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.contract import Inputs, Stage, Work, option
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.paradigm.params import SessionParams, TimingParams
@@ -43,9 +44,13 @@ class Config:
     path: str = option(
         "", "data folder (dataset, semisynthetic), or recording with {subject} in it", path=True, keyed=False
     )
-    sfreq: float = option(1000.0, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000)
+    sfreq: float = option(
+        published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000
+    )
     seed: int = option(2023, "seed of everything simulated; each subject draws its own from it", low=0)
-    contaminated: tuple[str, ...] = option(("s07",), "synthetic subjects whose recording is full of jolts")
+    contaminated: tuple[str, ...] = option(
+        published.EXCLUDED.value, "synthetic subjects whose recording is full of jolts"
+    )
     onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
     event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.analyses import onsets as onsets_of
 from hrcneuro.contract import Inputs, Read, Stage, Work, option
 from hrcneuro.errors import DataError
@@ -23,10 +24,14 @@ if TYPE_CHECKING:
 class Config:
     """Options of the stage; the defaults are the paper's."""
 
-    tmin: float = option(-0.2, "start of an epoch, from the onset", unit="s", low=-10, high=10)
-    tmax: float = option(1.2, "end of an epoch, from the onset", unit="s", low=-10, high=30)
+    tmin: float = option(published.EPOCH_S.value[0], "start of an epoch, from the onset", unit="s", low=-10, high=10)
+    tmax: float = option(published.EPOCH_S.value[1], "end of an epoch, from the onset", unit="s", low=-10, high=30)
     reject_uv: float = option(
-        1000.0, "an epoch with a larger |amplitude| on any channel is rejected", unit="µV", low=0, open_low=True
+        published.IMPLAUSIBLE_UV.value,
+        "an epoch with a larger |amplitude| on any channel is rejected",
+        unit="µV",
+        low=0,
+        open_low=True,
     )
     outlier_share: float = option(
         0.1, "share of epochs rejected for their amplitude above which a subject is called an outlier", low=0, high=1

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import onsets, shared_axes
 from hrcneuro.analyses import strata as contrast_strata
@@ -29,7 +30,7 @@ class Config(group_contrasts.ContrastOptions):
     """Averages, test and figures."""
 
     baseline_s: tuple[float, ...] = option(
-        (-0.2, 0.0), "start and end of the mean that is subtracted from each trial and channel", unit="s"
+        published.BASELINE_S.value, "start and end of the mean that is subtracted from each trial and channel", unit="s"
     )
     overlap: str = option(
         "keep",

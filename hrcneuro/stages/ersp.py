@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.analyses import contrasts as group_contrasts
 from hrcneuro.analyses import shared_axes
 from hrcneuro.analyses import strata as contrast_strata
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 class Config(WaveletFamily, group_contrasts.ContrastOptions):
     """Wavelets, test and figures."""
 
-    decimate: int = option(2, "keep every n-th sample of the magnitudes", low=1)
+    decimate: int = option(published.DECIMATION.value, "keep every n-th sample of the magnitudes", low=1)
     channels: tuple[str, ...] = option(
         ("Fz", "C3", "Cz", "C4"), "channels of the figures; the first that exist", drawing=True
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import published
 from hrcneuro.contract import Inputs, Of, Parts, Read, Reads, Stage, Work, option
 from hrcneuro.errors import did_you_mean
 from hrcneuro.learning.grid import LIMITS
@@ -39,11 +40,13 @@ class Config(LearnerParams, TaskParams, RateParams):
     """The values of §3.2 and the choices that the paper leaves open."""
 
     rates: str = option("paper", "where the empirical decoder comes from", choices=("paper", "decode", "replay"))
-    levels: tuple[float, ...] = option((50.0, 60.0, 70.0, 80.0), "hypothetical decoders", unit="%", low=0, high=100)
+    levels: tuple[float, ...] = option(published.LEVELS.value, "hypothetical decoders", unit="%", low=0, high=100)
     test_cases: tuple[tuple[int, ...], ...] = option(
-        ((6, 3), (10, 5), (10, 2), (10, 8)), "pairs [n, m] of SIM4; the last is not the paper's", low=1, high=32
+        (*published.CASES.value, (10, 8)), "pairs [n, m] of SIM4; the last is not the paper's", low=1, high=32
     )
-    repetitions: int = option(100, "restarts of learning a curve averages over", low=2, high=1_000_000)
+    repetitions: int = option(
+        published.REPETITIONS.value, "restarts of learning a curve averages over", low=2, high=1_000_000
+    )
     reassign: str = option("every", "SIM3: new tasks once, or every period", choices=("once", "every"))
     trial_s: tuple[float, ...] = option((1.0, 2.0), "durations of a trial for the milestones", unit="s", low=0.01)
     seed: int = option(2023, "seed of every draw", low=0)

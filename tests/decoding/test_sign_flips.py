@@ -80,10 +80,3 @@ def test_a_mean_above_100_is_not_called_detectable():
     # Three subjects from 25 to 75 %: the test would need a mean of 107.
     assert np.isnan(group.spread(np.array([25.0, 50, 75])).detectable)
     assert 95 < group.spread(np.array([30.0, 50, 70])).detectable < 100
-
-
-def test_table_2_as_printed():
-    # Ehrlich et al. 2023, Table 2: only iC RR vs RH is starred.
-    above = {key for key, rates in group.PUBLISHED.items() if rates["acc"][0] > group.PUBLISHED_CHANCE}
-    assert above == {("iC", "RRvsRH")}
-    assert group.PUBLISHED["iC", "RRvsRH"] == {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)}

@@ -8,6 +8,7 @@ import pytest
 
 from hrcneuro.config import settings as config
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.pipeline.item import Item, State
 from hrcneuro.published import SOA_MS
 from hrcneuro.report import measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
@@ -71,7 +72,7 @@ def test_durations_agree_in_mean_and_spread(shift, stretch, expected):
     z = np.resize([-1.0, 1.0], 1000)
     parts = [
         pd.DataFrame({"scenario": scenario, "soa_s": (mean + shift + stretch * sd * z) / 1000})
-        for scenario, (mean, sd) in SOA_MS.items()
+        for scenario, (mean, sd) in ((s, printed.value) for s, printed in SOA_MS.items())
     ]
     found = measured_moves._durations(pd.concat(parts))
     assert [found[f"soa {scenario}"].agrees for scenario in SOA_MS] == [expected, expected]
@@ -111,7 +112,7 @@ def test_the_printed_minutes_are_those_of_ten_events_an_episode(events, tmp_path
 def learned(folder, *assignments):
     """Return what is measured of a run of simulate that left its tables in a folder."""
     artifacts = {path.name: path for path in folder.iterdir()}
-    item = SimpleNamespace(stage="simulate", unit="group", state="hit", artifacts=artifacts, summary={})
+    item = Item("simulate", "group", state=State.HIT, artifacts=artifacts)
     return measured_learning.measure(Results(config.load(None, list(assignments)), [item]))
 
 
@@ -121,7 +122,7 @@ def learned(folder, *assignments):
 )
 def test_epochs_are_counted_as_excluded_for_their_amplitude_alone(reasons, text, agrees):
     summary = {"reasons": reasons, "rejected": sum(reasons.values()), "outlier": False}
-    item = SimpleNamespace(stage="epoch", unit="s01", state="hit", artifacts={}, summary=summary)
+    item = Item("epoch", "s01", state=State.HIT, summary=summary)
     found = measured_moves.measure(Results(config.load(None), [item]))["rejected"]
     assert found.agrees is agrees
     assert found.text == (text or "2 (1 for other reasons)")

@@ -1,45 +1,46 @@
-"""Every number of the paper has a place, a class and, where it is a result, a verdict."""
+"""Every number of the paper has a place, a class and, where it is a result, a measure and a verdict."""
 
 import re
 import string
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from hrcneuro.config import settings as config
-from hrcneuro.decoding.group import PUBLISHED, PUBLISHED_CHANCE
-from hrcneuro.report import facts, measured_brain
-from hrcneuro.report.paper import BY_DESIGN, PARAMETERS, SETUP
-from hrcneuro.report.published import RESULTS, rows
+from hrcneuro.pipeline.item import Item, State
+from hrcneuro.published import CHANCE, TABLE_2
+from hrcneuro.report import facts
+from hrcneuro.report.claims import CLAIMS, measure, rows
+from hrcneuro.report.parameters import BY_DESIGN, PARAMETERS, SETUP
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, VERDICTS
 
-PAPER = Path(__file__).parents[3] / "shared/paper/ehrlich2023.md"
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT.parent / "shared/paper/ehrlich2023.md"
 SUBJECTS = [f"s{i:02d}" for i in range(1, 13)]
 
 
 def item(stage, unit, summary):
-    return SimpleNamespace(stage=stage, unit=unit, key="k", state="hit", why=[], artifacts={}, summary=summary)
+    return Item(stage, unit, key="k", state=State.HIT, summary=summary)
 
 
-def decoded(acc=None, chance=PUBLISHED_CHANCE):
+def decoded(acc=None, chance=CHANCE.value):
     """Return decode summaries that hold Table 2's means, or another accuracy for RR against RH in iC."""
     cells = {}
-    for (scenario, problem), measures in PUBLISHED.items():
-        rates = {m: mean for m, (mean, _) in measures.items()} | {"bacc": 50.0, "chance": chance}
+    for (scenario, problem), printed in TABLE_2.items():
+        rates = {name: rate.value.mean for name, rate in printed.items()} | {"bacc": 50.0, "chance": chance}
         if acc is not None and (scenario, problem) == ("iC", "RRvsRH"):
             rates |= {"tnr": acc, "tpr": acc, "acc": acc}
         cells.setdefault(scenario, {})[problem] = rates
     return cells
 
 
-def study(*, eeg=False, behaviour=False, acc=None, chance=PUBLISHED_CHANCE, subjects=SUBJECTS, assignments=()):
+def study(*, eeg=False, behaviour=False, acc=None, chance=CHANCE.value, subjects=SUBJECTS, assignments=()):
     settings = config.load(None, [f"study.subjects={subjects}", *assignments])
     included = [s for s in subjects if s != "s07"]
     items = [item("acquire", s, {"real": {"eeg": eeg, "behaviour": behaviour}}) for s in subjects]
     items += [item("decode", s, decoded(acc, chance)) for s in included]
-    return {row.what: row for row in rows(Results(settings, items)) if row.kind == "result"}
+    return {row.quantity: row for row in rows(Results(settings, items)) if row.kind == "result"}
 
 
 @pytest.fixture(autouse=True)
@@ -50,26 +51,26 @@ def elsewhere(tmp_path, monkeypatch):
 def test_every_row_has_place_quantity_and_class():
     found = rows(Results(config.load(None), []))
     assert {row.kind for row in found} == {"result", "parameter", "setup"}
-    assert all(row.place and row.what and row.published for row in found)
+    assert all(row.place and row.quantity and row.published for row in found)
     assert all((row.verdict in VERDICTS) == (row.kind == "result") for row in found)
-    assert len({r.key for r in RESULTS}) == len(RESULTS)
+    assert len({claim.key for claim in CLAIMS}) == len(CLAIMS)
 
 
 def test_every_parameter_that_can_be_read_has_a_value_of_this_run():
     settings = config.load(None)
     about = facts.gather(Results(settings, []))
-    for printed in (*SETUP, *PARAMETERS):
-        for _, name, _, _ in string.Formatter().parse(printed.ours):
-            assert name is None or name.split(".")[0] in {"found", *settings.sections}, printed
-            if name and name.startswith("found."):
-                assert hasattr(about, name.removeprefix("found.")), printed
+    for given in (*SETUP, *PARAMETERS):
+        for _, name, _, _ in string.Formatter().parse(given.ours):
+            assert name is None or name.split(".")[0] in {"run", *settings.sections}, given
+            if name and name.startswith("run."):
+                assert hasattr(about, name.removeprefix("run.")), given
 
 
 def test_what_no_run_measures_does_not_look_measured():
-    for printed in (*SETUP, *PARAMETERS):
-        parsed = list(string.Formatter().parse(printed.ours))
+    for given in (*SETUP, *PARAMETERS):
+        parsed = list(string.Formatter().parse(given.ours))
         if not any(name for _, name, _, _ in parsed):
-            assert printed.ours == "" or printed.ours.startswith(BY_DESIGN), printed
+            assert given.ours == "" or given.ours.startswith(BY_DESIGN), given
 
 
 def test_the_numbers_of_the_paper_are_all_there():
@@ -81,7 +82,7 @@ def test_the_numbers_of_the_paper_are_all_there():
     text = re.sub(r"<[^>]+>|https?://\S+|\[[\d–,\s]+\]|\(?#[\w-]+\)?", "", text)
     text = re.sub(r"[Ss]ections? [\d.]+|Figs? \d[A-D]?( and \d?[A-D])*|Table \d|Eqs? ?\[?\\?\(?\d\)?", "", text)
     text = re.sub(r"SIM\d(–\d)?|S\d Appendix|P300|^#+ .*$|^\*\*[\d.]+ [^*]*\*\*", "", text, flags=re.M)
-    ours = " ".join(f"{p.printed} {p.what}" for p in (*SETUP, *PARAMETERS, *RESULTS))
+    ours = " ".join(f"{one.printed.text} {one.printed.quantity}" for one in (*SETUP, *PARAMETERS, *CLAIMS))
     numbers = re.compile(r"\d+(?:\.\d+)?")
     assert set(numbers.findall(text)) - set(numbers.findall(ours)) == set()
 
@@ -157,9 +158,6 @@ def test_a_study_of_something_else_has_no_published_table():
     assert rows(Results(config.load(None, other), [])) == []
 
 
-def test_printed_table_2_is_the_decoders_own_reference():
-    cells = {r.key: r.printed for r in RESULTS}
-    for (scenario, problem), measures in PUBLISHED.items():
-        for name, (mean, sd) in measures.items():
-            assert cells[f"{scenario} {problem} {name}"] == f"{mean} ± {sd} %"
-    assert cells["chance"] == f"{measured_brain.CHANCE} %" == f"{PUBLISHED_CHANCE} %"
+def test_every_claim_has_a_measure_and_every_measure_a_claim(smoke_items):
+    results = Results(config.load(ROOT / "configs/smoke.toml"), smoke_items)
+    assert set(measure(results)) == {claim.key for claim in CLAIMS}
