@@ -15,7 +15,6 @@ PUBLISHED: dict[tuple[str, str], dict[str, tuple[float, float]]] = {
     ("iC", "RRvsRH"): {"tnr": (57.9, 4.3), "tpr": (56.1, 3.2), "acc": (57.1, 3.7)},
 }
 PUBLISHED_CHANCE = 54.3
-PUBLISHED_SOURCE = "Ehrlich et al. 2023, Table 2 (doi:10.1371/journal.pone.0287958)"
 
 # Up to here all flips are computed; beyond, as many are drawn at random.
 _EXACT_SUBJECTS = 16
@@ -46,10 +45,10 @@ def spread(values: np.ndarray) -> Spread:
     effect in four of five studies with this SD and n (noncentral t). NaN below three subjects, and where not even 100
     would be detected.
     """
-    found = values[np.isfinite(values)]
-    n = len(found)
-    mean = float(found.mean()) if n else float("nan")
-    sd = float(found.std(ddof=1)) if n > 1 else float("nan")
+    finite = values[np.isfinite(values)]
+    n = len(finite)
+    mean = float(finite.mean()) if n else float("nan")
+    sd = float(finite.std(ddof=1)) if n > 1 else float("nan")
     half_width = _t_quantile(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else float("nan")
     detectable = 50 + sd * _effect_for_power(n) if n > 2 else float("nan")
     return Spread(mean, sd, n, float(half_width), detectable if detectable <= 100 else float("nan"))
@@ -61,11 +60,11 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     All 2ⁿ flips up to 16 subjects, above that 2¹⁶ − 1 random ones and the identity. One-sided: mean > 0.
 
     Args:
-        values: Shape (subjects,), e.g. balanced accuracy − 50; values that are not finite are left out.
+        values: ndarray, shape (n_subjects,), e.g. balanced accuracy − 50; values that are not finite are left out.
         rng: Used above 16 subjects only.
     """
-    found = values[np.isfinite(values)]
-    n = len(found)
+    finite = values[np.isfinite(values)]
+    n = len(finite)
     if not n:
         return float("nan")
     if n <= _EXACT_SUBJECTS:
@@ -73,11 +72,11 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     else:
         flips = rng.choice([-1.0, 1.0], size=(2**_EXACT_SUBJECTS, n))
         flips[0] = 1.0
-    sums = flips @ found
+    sums = flips @ finite
     if two_sided:
         sums = np.abs(sums)
     # The tolerance keeps equal sums equal, whatever order they were added in.
-    return float(np.mean(sums >= sums[0] - 1e-9 * np.abs(found).sum()))
+    return float(np.mean(sums >= sums[0] - 1e-9 * np.abs(finite).sum()))
 
 
 def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:
