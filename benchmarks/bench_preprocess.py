@@ -27,7 +27,7 @@ SFREQ, TARGET_SFREQ = 1000.0, 512.0
 EEG = [f"F{x}" for x in "z3478"] + ["FC1", "FC2", "FC5", "FC6", "Cz", "C3", "C4", "T7", "T8"]
 EEG += ["CPz", "CP1", "CP2", "CP5", "CP6", "Pz", "P3", "P4", "P7", "P8", "Oz", "O1", "O2"]
 EOG = ["EOG1", "EOG2", "EOG3"]
-RECIPE = cleaning.Recipe(1.0, 40.0, TARGET_SFREQ, eog_offset=False, interpolation="perrin")
+PARAMS = cleaning.CleaningParams(sfreq=TARGET_SFREQ, eog_offset=False, interpolation="perrin")
 TARGET = 5
 PAD_THAT_FITS = 90_000
 
@@ -57,7 +57,7 @@ def ours(raw: mne.io.BaseRaw) -> cleaning.Cleaned:
     centre = mne.bem.fit_sphere_to_headshape(raw.info, units="m", verbose="error")[1]
     data = raw.get_data()
     data *= 1e6
-    return cleaning.clean(cleaning.Signals(data, SFREQ, EEG, EOG, positions - centre), RECIPE)
+    return cleaning.clean(cleaning.Signals(data, SFREQ, EEG, EOG, positions - centre), PARAMS)
 
 
 def peer(raw: mne.io.BaseRaw, bads: list[str], **resampling: object) -> mne.io.BaseRaw:

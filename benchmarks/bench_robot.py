@@ -15,27 +15,28 @@ import timeit
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from hrcneuro.arms import connect
-from hrcneuro.errors import HardwareError
 from hrcneuro.figures.robot import LIMIT, LIMIT_END, LIMIT_SOCKETS
 from hrcneuro.figures.robot import robot as draw
+from hrcneuro.paradigm.design import T_F_S
+from hrcneuro.paradigm.grid import CENTRE, SIZE, Tile, neighbours
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.robot.cell import GRID, SHORTEST, Cell
+from hrcneuro.robot.backend import ArmError
+from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.limits import Limits
 from hrcneuro.robot.loop import Loop
-from hrcneuro.robot.measure import measure_moves, timing, tip
-from hrcneuro.robot.plan import Move, plan, select
+from hrcneuro.robot.measure import commanded_angles, marker_timing, measure_moves, timing, tip
+from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
+from hrcneuro.robot.plan import PlannedMove, grid_moves, plan, select
 from hrcneuro.robot.safety import Supervisor
-from hrcneuro.robot.session import Pace, run_session
+from hrcneuro.robot.session import run_session
 from hrcneuro.robot.sim import SimArm, VirtualClock
-from hrcneuro.robot.tracking import ResolvedRate
-from hrcneuro.robot.trajectory import BoundedPath, Bounds, TileMove
+from hrcneuro.robot.tracking import ResolvedRate, Tracking
+from hrcneuro.robot.trajectory import BoundedPath, TileMove
 from hrcneuro.robot.workspace import DOWN, Workspace
 from hrcneuro.tables import robot as tables
-
-PACE = Pace(approach=Bounds(0.25, 1.0, 10.0), homing=Bounds(0.5, 1.0, 10.0))
-Tile = tuple[int, int]
 
 
 def microseconds(call, n=20000) -> float:
@@ -43,23 +44,24 @@ def microseconds(call, n=20000) -> float:
 
 
 def looped(workspace: Workspace, arm, clock, *, age: float = 0.02) -> Loop:
+    safety = Safety(max_packet_age_s=age)
     return Loop(
         arm,
         clock,
-        law=ResolvedRate(tool=0.1, orientation=DOWN.tolist()),
-        limits=Limits(acceleration=12.0, box=workspace.box, tool=0.1),
-        supervisor=Supervisor(max_age=age),
-        stop=Bounds(4.0, 8.0, 200.0),
+        law=ResolvedRate(Tracking(), tool=0.1, orientation=DOWN.tolist()),
+        limits=Limits(safety, box=workspace.box, tool=0.1),
+        supervisor=Supervisor(safety),
+        stop=safety.stop,
     )
 
 
 def parts(workspace: Workspace) -> None:
-    law = ResolvedRate(tool=0.1, orientation=DOWN.tolist())
-    limits = Limits(acceleration=12.0, box=workspace.box, tool=0.1)
+    law = ResolvedRate(Tracking(), tool=0.1, orientation=DOWN.tolist())
+    limits = Limits(Safety(), box=workspace.box, tool=0.1)
     q = workspace.reach.q[2, 4].tolist()
     at, v = workspace.position(2, 4), (0.1, 0.05, 0.0)
     move = TileMove(at, workspace.position(2, 5), 0.9)
-    approach = BoundedPath(at, workspace.position(6, 0), Bounds(0.25, 1.0, 10.0))
+    approach = BoundedPath(at, workspace.position(6, 0), Pace().approach)
     qd, *_ = law(q, at, v)
     print(f"law: kinematics, J, damped solve     {microseconds(lambda: law(q, at, v)):9.1f} µs   (limit 60)")
     print(f"limits and keep-inside box           {microseconds(lambda: limits(q, qd, qd)):9.1f} µs")
@@ -70,8 +72,7 @@ def parts(workspace: Workspace) -> None:
 def session(workspace: Workspace) -> bool:
     """Time a whole session of one subject and its cycles."""
     trials = simulate_session(SessionParams(), rng=np.random.default_rng(1))
-    chosen = select(trials, blocks=(), episodes=(), practice=False)
-    moves = plan(chosen, t_f=None, t_f_range=(0.6, 1.2), default_t_f=0.9)
+    moves = plan(select(grid_moves(trials), Selection()), Durations())
     clock = VirtualClock()
     loop = looped(workspace, SimArm(clock, workspace.home().tolist()), clock)
     cycles, busy = np.zeros(1_000_000), np.zeros(1_000_000)
@@ -86,7 +87,7 @@ def session(workspace: Workspace) -> bool:
     clock.wait_until = timed_wait  # type: ignore[method-assign]
     start = time.perf_counter()
     with loop:
-        run_session(loop, workspace, moves, lead=None, pace=PACE, on_done=lambda _: None)
+        run_session(loop, workspace, moves, lead=None, pace=Pace(), on_executed=lambda _: None)
     seconds = time.perf_counter() - start
     p50, p99 = 1e6 * np.percentile(cycles[1:n], (50, 99))
     used = 1e6 * np.percentile(busy[1:n], 99)
@@ -98,12 +99,7 @@ def session(workspace: Workspace) -> bool:
 
 def round_trip(start: Tile) -> list[Tile]:
     """Return tiles along which each of the grid's 84 edges is gone once in either direction (Hierholzer)."""
-    left = {
-        (r, c): [
-            (r + i, c + j) for i, j in ((0, 1), (1, 0), (0, -1), (-1, 0)) if 0 <= r + i < GRID and 0 <= c + j < GRID
-        ]
-        for r, c in np.ndindex(GRID, GRID)
-    }
+    left = {tile: list(neighbours(tile)) for tile in np.ndindex(SIZE, SIZE)}
     stack, way = [start], []
     while stack:
         if left[stack[-1]]:
@@ -115,31 +111,34 @@ def round_trip(start: Tile) -> list[Tile]:
 
 def tracking(workspace: Workspace, backend: str, driver: str, age: float, figure: Path | None) -> bool:
     """Follow all tile moves at the shortest duration, print the figures of the tip, and return whether they hold."""
-    tiles = round_trip((3, 3))
+    tiles = round_trip(CENTRE)
     moves = [
-        Move("iC", False, 1, 1, i, a, b, i == 0, SHORTEST, np.nan) for i, (a, b) in enumerate(itertools.pairwise(tiles))
+        PlannedMove("iC", False, 1, 1, i, a, b, i == 0, T_F_S[0], np.nan)
+        for i, (a, b) in enumerate(itertools.pairwise(tiles))
     ]
     if backend == "sim":
         clock = VirtualClock()
         arm = SimArm(clock, workspace.home().tolist())
     else:
         arm, clock = connect(backend, driver=driver)
-    loop, done = looped(workspace, arm, clock, age=age), []
+    loop, executed = looped(workspace, arm, clock, age=age), []
     try:
         with loop:
-            run_session(loop, workspace, moves, lead=None, pace=PACE, on_done=done.append)
-    except HardwareError as error:
-        print(f"{backend}: stopped after {len(done)} of {len(moves)} moves: {error}")
+            run_session(loop, workspace, moves, lead=None, pace=Pace(), on_executed=executed.append)
+    except ArmError as error:
+        print(f"{backend}: stopped after {len(executed)} of {len(moves)} moves: {error}")
         return False
     telemetry = loop.record.telemetry()
     at = tip(telemetry, tool=0.1)
-    table = tables.moves(done, measure_moves(done, telemetry, at, workspace), rate=1000.0, stamps={})
+    measures = measure_moves(executed, telemetry, at, workspace) | marker_timing(executed, rate=1000.0)
+    table = tables.moves(executed, measures, {})
     limit = LIMIT if backend == "sim" else LIMIT_SOCKETS
     if figure is not None:
-        draw(done, telemetry, at, table, workspace, figure, limit=limit)
+        cycles = pd.DataFrame(tables.telemetry(telemetry, at, commanded_angles(telemetry)))
+        draw(cycles, table, workspace.cell, figure, limit=limit)
     ways = len({frozenset((m.start, m.end)) for m in moves})
     print(f"{backend}{'' if backend == 'sim' else f' ({driver})'}: {len(moves)} moves, all {ways} ways both ways, "
-          f"t_f {SHORTEST:g} s, lead {1e3 * loop.lead:.1f} ms")  # fmt: skip
+          f"t_f {T_F_S[0]:g} s, lead {1e3 * loop.lead:.1f} ms")  # fmt: skip
     entry = (table["t_2mm_s"] / table["t_f_s"]).max()
     good = True
     for name, value, allowed, unit in (
@@ -152,7 +151,7 @@ def tracking(workspace: Workspace, backend: str, driver: str, age: float, figure
         good &= bool(value <= allowed)
         print(f"  {name:<35}{value:9.3f} {unit:<4} (limit {allowed:g}){'' if value <= allowed else '  BROKEN'}")
     late = np.flatnonzero(np.diff(telemetry.time) > 0.012)
-    smooth = [not any(one.track.first <= i < one.track.last for i in late) for one in done]
+    smooth = [not any(one.track.first <= i < one.track.last for i in late) for one in executed]
     print(f"  {'the same but for late cycles':<35}{table['max_error_mm'][smooth].max():9.3f} mm   "
           f"({len(late)} cycles over 12 ms, {sum(smooth)} of {len(moves)} moves without one)")  # fmt: skip
     latencies = {name: table[f"{name}_latency_ms"].to_numpy(float) for name in ("trigger", "marker")}

@@ -28,7 +28,7 @@ from pathlib import Path
 
 from hrcneuro.ur10.commands import Commands, compile_names
 from hrcneuro.ur10.controller import Controller
-from hrcneuro.ur10.rtde import Session
+from hrcneuro.ur10.rtde import RtdeSession
 from hrcneuro.ur10.streams import realtime, state
 from hrcneuro.ur10.urscript.runtime import compiled
 
@@ -119,7 +119,7 @@ def hour() -> None:
     Commands(robot)
     names = compile_names(robot)
     robot.start(compiled(WAVE, *names))
-    rtde = Session(robot, {}, sent.append)
+    rtde = RtdeSession(robot, {}, sent.append)
     for kind, payload in ((b"V", b"\0\2"), (b"O", struct.pack(">d", 125.0) + RECIPE),
                           (b"I", b"input_double_register_0,input_int_register_5"), (b"S", b"")):  # fmt: skip
         rtde.feed(struct.pack(">H", 3 + len(payload)) + kind + payload)

@@ -25,10 +25,11 @@ from hrcneuro.decoding import problem
 from hrcneuro.decoding.decoders import Decoders
 from hrcneuro.decoding.recipes import BUILTIN
 from hrcneuro.decoding.scheme import Scheme
+from hrcneuro.eeg.contrasts import Averages
 from hrcneuro.eeg.evoked import averages, subtract_baseline
 from hrcneuro.eeg.morlet import Wavelets
 from hrcneuro.eeg.morlet_means import mean_magnitudes
-from hrcneuro.eeg.selection import cells
+from hrcneuro.eeg.selection import trial_sets
 
 Found = dict[str, bool]
 """Name of a test -> whether it found anything in this study."""
@@ -49,15 +50,15 @@ TRIALS = pd.DataFrame(
 )
 # Clusters cost time by the flip. Fewer subjects attain the same level: 6 of 128 flips instead of 24 of 512.
 AVERAGED, CLUSTERED = 9, 7
-OPTIONS = contrasts.Options(
+OPTIONS = contrasts.ContrastOptions(
     conditions={name: f"condition_before == '{name[:2]}'" for name in ("RH_before", "RR_before")},
     contrasts={"RH-RR_before": ("RH_before", "RR_before")},
     split="",
     strata=("prev_error",),
 )
-WHOLE = cells(TRIALS, OPTIONS.conditions)
-CELLS = [*WHOLE, *strata.cells(TRIALS, WHOLE, OPTIONS)[0]]
-MASKS = np.stack([cell.mask for cell in CELLS])
+WHOLE = trial_sets(TRIALS, OPTIONS.conditions)
+SETS = [*WHOLE, *strata.stratified_sets(TRIALS, WHOLE, OPTIONS)[0]]
+MASKS = np.stack([one.mask for one in SETS])
 NEIGHBOURS = contrasts.channel_adjacency(CHANNELS)
 ADJACENCY = {
     "ERP": combine_adjacency(NEIGHBOURS, len(TIMES)),
@@ -88,10 +89,10 @@ def response(rng: np.random.Generator, n: int) -> np.ndarray:
     return size[:, None, None] * GAIN * wave
 
 
-def maps(rng: np.random.Generator, *, post_error: bool) -> dict[str, dict[str, contrasts.Averages]]:
+def maps(rng: np.random.Generator, *, post_error: bool) -> dict[str, dict[str, Averages]]:
     """Return ERP and ERSP -> subject -> averages of a study; in none does a takeover change anything by itself."""
-    found: dict[str, dict[str, contrasts.Averages]] = {"ERP": {}, "ERSP": {}}
-    keys = [(cell.scenario, cell.condition) for cell in CELLS]
+    found: dict[str, dict[str, Averages]] = {"ERP": {}, "ERSP": {}}
+    keys = [(one.scenario, one.condition) for one in SETS]
     for subject in range(AVERAGED):
         data = noise(rng, len(TRIALS))
         if post_error:
@@ -104,7 +105,7 @@ def maps(rng: np.random.Generator, *, post_error: bool) -> dict[str, dict[str, c
     return found
 
 
-def tested(averages: dict[str, contrasts.Averages], kind: str, correction: str) -> Found:
+def tested(averages: dict[str, Averages], kind: str, correction: str) -> Found:
     """Return scenario or stratum -> whether any point is significant there."""
     options = replace(OPTIONS, correction=correction)
     every = contrasts.over_subjects(averages, options, ADJACENCY[kind])

@@ -16,11 +16,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hrcneuro.eeg import filters
-from hrcneuro.eeg.cleaning import Recipe, Signals, clean
+from hrcneuro.eeg.cleaning import CleaningParams, Signals, clean
 from hrcneuro.eeg.interpolation import sphere_centre
-from hrcneuro.eeg.synthetic import planted_average
+from hrcneuro.eeg.synthetic import SyntheticParams, planted_average
 from hrcneuro.eeg.synthetic.head import CH_NAMES, EEG, head
-from hrcneuro.sources import options, simulated
+from hrcneuro.paradigm.params import SessionParams, TimingParams
+from hrcneuro.sources import simulated
 
 FRONTAL = [CH_NAMES.index(name) for name in ("Fp1", "Fp2", "F3", "F4", "F7", "F8", "Fz")]
 CONTAMINATED = "s07"
@@ -33,10 +34,10 @@ SHOWN = {"Fz": ("Fz",), "Cz": ("Cz",), "O1": ("O1",), "fronto-central": ("Fz", "
 def subject(unit: str, *, seed: int, sfreq: float) -> dict[str, Any]:
     """Return what was found in one subject."""
     with threadpool_limits(1):
-        moves = simulated.simulate_trials(unit, session=options.Session(), timing=options.Timing(), seed=seed)
+        moves = simulated.simulate_trials(unit, session=SessionParams(), timing=TimingParams(), seed=seed)
         contaminated = unit == CONTAMINATED
         raw, trials, truth = simulated.record(
-            moves, unit, eeg=options.Eeg(), sfreq=sfreq, seed=seed, contaminated=contaminated
+            moves, unit, eeg=SyntheticParams(), sfreq=sfreq, seed=seed, contaminated=contaminated
         )
         places = head().electrodes[: len(EEG)]
         names = raw.ch_names[: len(EEG)], raw.ch_names[len(EEG) :]
@@ -49,7 +50,7 @@ def subject(unit: str, *, seed: int, sfreq: float) -> dict[str, Any]:
             if step in ("filtered", "eog"):
                 seen.append(_locked(eeg[FRONTAL], peaks, sfreq))
 
-        cleaned = clean(signals, Recipe(1.0, 40.0, min(sfreq, 512.0)), on_step=watch)
+        cleaned = clean(signals, CleaningParams(sfreq=min(sfreq, 512.0)), on_step=watch)
         bad = truth["bad_channels"].drop_duplicates("channel")
         rejected = {name for name, why in zip(names[0], cleaned.reason, strict=True) if why}
         rate = sfreq * cleaned.ratio.up / cleaned.ratio.down

@@ -19,11 +19,12 @@ from hrcneuro.decoding.decoders import rlda
 from hrcneuro.decoding.features import window_means
 from hrcneuro.decoding.problem import LabelledTrials, decode, draw_plan
 from hrcneuro.decoding.scheme import Scheme
-from hrcneuro.eeg.cleaning import Recipe, Signals, clean
+from hrcneuro.eeg.cleaning import CleaningParams, Signals, clean
 from hrcneuro.eeg.interpolation import sphere_centre
 from hrcneuro.eeg.synthetic import EFFECTS, SyntheticParams
 from hrcneuro.eeg.synthetic.head import head
-from hrcneuro.sources import options, simulated
+from hrcneuro.paradigm.params import SessionParams, TimingParams
+from hrcneuro.sources import simulated
 
 PROBLEMS = [(s, *p) for s in ("iC", "sC") for p in (("HH", "HR"), ("RR", "RH"))]
 SHOWN = ("iC HHvsHR", "iC RRvsRH", "sC HHvsHR", "sC RRvsRH")
@@ -33,12 +34,12 @@ CUES = ("prev_error", "turn")
 def subject(unit: str, *, effect: str, size: float | None, sfreq: float, seed: int, repeats: int) -> dict[str, float]:
     """Return percentages of one subject, by name of problem and of what was measured."""
     with threadpool_limits(1):
-        moves = simulated.simulate_trials(unit, session=options.Session(), timing=options.Timing(), seed=seed)
-        eeg = options.Eeg(effect=effect, effect_uv=size)
+        moves = simulated.simulate_trials(unit, session=SessionParams(), timing=TimingParams(), seed=seed)
+        eeg = SyntheticParams(effect=effect, effect_uv=size)
         raw, trials, _ = simulated.record(moves, unit, eeg=eeg, sfreq=sfreq, seed=seed, contaminated=False)
         places = head().electrodes[:27]
         signals = Signals(raw.data * 1e6, sfreq, raw.ch_names[:27], raw.ch_names[27:], places - sphere_centre(places))
-        cleaned = clean(signals, Recipe(1.0, 40.0, min(sfreq, 512.0)))
+        cleaned = clean(signals, CleaningParams(sfreq=min(sfreq, 512.0)))
         found = {"replaced": float(cleaned.interpolated.sum())}
         rate = sfreq * cleaned.ratio.up / cleaned.ratio.down
         start = np.round(trials["onset_s"].to_numpy() * rate).astype(int)

@@ -160,6 +160,7 @@ class Stage:
 
     Attributes:
         name: Of its section in the configuration, its command and its folder in the cache.
+        title: Of its chapter in the report.
         config: A frozen dataclass of :func:`option` fields.
         libraries: Distributions whose major.minor version decides the result.
         check: Returns sentences that say which values contradict each other.
@@ -170,6 +171,7 @@ class Stage:
     """
 
     name: str
+    title: str
     config: type
     libraries: tuple[str, ...]
     check: Callable[[Any], list[str]]
@@ -178,6 +180,19 @@ class Stage:
     parts: Parts | None = None
     sources: Callable[[Any, str], Mapping[str, Path]] = lambda config, unit: {}
     sessions: Callable[[Any], Sessions] = lambda config: Sessions.SIDE_BY_SIDE
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What is said of a picture.
+
+    Attributes:
+        text: What it shows.
+        title: How a table of contents names it; empty for one that no table of contents names.
+    """
+
+    text: str
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -191,7 +206,7 @@ class Drawing:
         draw: ``draw(config, files, out)`` writes PNG and PDF into ``out``; ``config.erp.channel`` is an option.
     """
 
-    captions: Mapping[str, str]
+    captions: Mapping[str, Caption]
     reads: Reads
     options: tuple[str, ...]
     draw: Callable[[Any, Inputs, Path], None]
@@ -205,12 +220,14 @@ class Drawings:
         name: The stage's; a name of its own where it joins several.
         libraries: Distributions whose major.minor version decides the pictures.
         subject, group: What is drawn for a subject, and for the group.
+        chapter: The stage in whose chapter of the report they stand; their own where nothing is said.
     """
 
     name: str
     libraries: tuple[str, ...]
     subject: Drawing | None = None
     group: Drawing | None = None
+    chapter: str = ""
 
 
 @dataclass(frozen=True)

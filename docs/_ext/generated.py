@@ -17,22 +17,25 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from hrcneuro import stages
+from hrcneuro import drawings, stages
 from hrcneuro.config.reader import allowed_range
 from hrcneuro.config.text import toml_value
-from hrcneuro.contract import plain
+from hrcneuro.contract import Caption, plain
 
 # stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
 TABLES = {
-    "acquire": {"sNN/trials.parquet": "hrcneuro.sources.trials:TRIALS"},
+    "acquire": {"sNN/trials.parquet": "hrcneuro.tables.trials:TRIALS"},
     "preprocess": {
         "sNN/quality.parquet": "hrcneuro.tables.quality:quality_table",
         "sNN/timing.parquet": "hrcneuro.tables.quality:TIMING",
     },
-    "epoch": {"sNN/conditions.parquet": "hrcneuro.stages.epoch:_conditions_table"},
+    "epoch": {"sNN/conditions.parquet": "hrcneuro.tables.epoch:CONDITIONS"},
     "erp": {
         "sNN/averages.parquet": "hrcneuro.tables.contrasts:AVERAGES",
         "sNN/strata.parquet": "hrcneuro.tables.contrasts:STRATA",
+        "sNN/waveforms.parquet": "hrcneuro.tables.contrasts:WAVEFORMS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
         "group/erp.parquet": "hrcneuro.tables.contrasts:ERP",
         "group/erp_stats.parquet": "hrcneuro.tables.contrasts:ERP_STATS",
         "group/erp_strata.parquet": "hrcneuro.tables.contrasts:ERP_STRATA",
@@ -105,11 +108,19 @@ def artifacts(stage: str) -> str:
         text += ["| column | type | unit | meaning |", "|---|---|---|---|"]
         text += [f"| `{c}` | {a.type} | {a.unit} | {_cell(a.text)} |" for c, a in table.columns.items()]
         text += [""]
-    figures = getattr(stages.load(stage), "FIGURES", {})
-    if figures:
-        text += ["### Figures", "", "Each as PNG (200 dpi) and as PDF.", ""]
-        text += [f"- `{name}`: {caption}." for name, caption in figures.items()]
+    captions = _captions(stage)
+    if captions:
+        text += ["### Figures", "", "Drawn from these tables, each as PNG (200 dpi) and as PDF.", ""]
+        text += [f"- `{name}`: {caption.text}." for name, caption in captions.items()]
     return "\n".join(text)
+
+
+def _captions(stage: str) -> dict[str, Caption]:
+    """Return file -> caption of the pictures of a stage, the subject's first."""
+    if stage not in drawings.STAGES:
+        return {}
+    drawn = drawings.load(stage)
+    return {name: text for one in (drawn.subject, drawn.group) if one for name, text in one.captions.items()}
 
 
 def recipes() -> str:

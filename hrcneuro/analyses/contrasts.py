@@ -1,4 +1,4 @@
-"""What erp and ersp share: conditions and contrasts, reading epochs, and testing contrasts over subjects."""
+"""What erp and ersp share: conditions and contrasts, and testing contrasts over subjects."""
 
 from __future__ import annotations
 
@@ -7,20 +7,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import Inputs, option
+from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
-    from hrcneuro.eeg.contrasts import Averages, Tested
-    from hrcneuro.eeg.selection import Trials
+    from hrcneuro.eeg.contrasts import Averages, GrandAverage, GroupContrast
+    from hrcneuro.eeg.selection import LabelledEpochs, TrialSet
 
 
 @dataclass(frozen=True)
-class Options:
+class ContrastOptions:
     """What the Configs of erp and ersp share: whose averages are compared, and how."""
 
     conditions: dict[str, str] = option(
@@ -47,91 +46,85 @@ class Options:
     seed: int = option(2023, "seed of random sign flips", low=0)
 
 
-def check(config: Options) -> list[str]:
+def check(config: ContrastOptions) -> list[str]:
     """Return what is wrong with the contrasts and the test of a Config."""
-    found = []
+    mistakes = []
     for name, pair in config.contrasts.items():
         if len(pair) != 2 or pair[0] == pair[1]:
-            found.append(f"contrast {name} = {list(pair)}: it needs two different conditions, [plus, minus]")
+            mistakes.append(f"contrast {name} = {list(pair)}: it needs two different conditions, [plus, minus]")
         for condition in pair:
             if condition not in config.conditions:
                 hint = did_you_mean(condition, config.conditions)
                 known = ", ".join(config.conditions) or "none"
-                found.append(f"contrast {name} names the unknown condition {condition!r}{hint}; allowed: {known}")
+                mistakes.append(f"contrast {name} names the unknown condition {condition!r}{hint}; allowed: {known}")
     if not config.conditions:
-        found.append("there is no condition: name at least one in [conditions]")
-    return found
+        mistakes.append("there is no condition: name at least one in [conditions]")
+    return mistakes
 
 
-def read_trials(inputs: Inputs, dtype: type[np.floating] | None = None) -> Trials:
-    """Return the subject's epochs, in double precision unless another one is asked for.
-
-    Raises:
-        DataError: There is no epoch, EEG channel or trial table, or a value is not finite.
-    """
-    import numpy as np
-
-    from hrcneuro.eeg.selection import Trials
-    from hrcneuro.io.fif import read_eeg_epochs
-
-    path = inputs.path("epoch", "{unit}_epo.fif")
-    epochs, info, data = read_eeg_epochs(path, dtype or np.float64)
-    cure = f"look at the upstream stages: hrcneuro epoch {inputs.unit} --force"
-    if epochs.metadata is None or not len(epochs):
-        raise DataError(f"{path.name} holds {len(epochs)} epochs and no trial table", cure=cure)
-    if not data.shape[1]:
-        raise DataError(f"{path.name} holds no EEG channel", cure=cure)
-    for trial, epoch in enumerate(data):
-        # A sum is finite only if all of its terms are: one fast pass.
-        if not np.isfinite(epoch.sum()):
-            channel = info["ch_names"][int(np.argmin(np.isfinite(epoch).all(axis=-1)))]
-            raise DataError(
-                f"{path.name}: epoch {trial} holds values that are not finite on channel {channel}",
-                cure=f"{cure}; a channel can be named as bad (acquire.bads)",
-            )
-    return Trials(data, epochs.events[:, 0], epochs.times.copy(), info, epochs.metadata.reset_index(drop=True))
-
-
-def filled_cells(trials: Trials, config: Options, unit: str) -> tuple[list[Any], list[str]]:
-    """Return the cells that hold trials, and a sentence on those that do not.
+def filled_sets(trials: LabelledEpochs, config: ContrastOptions, unit: str) -> tuple[list[TrialSet], list[str]]:
+    """Return the conditions' sets that hold trials, and a sentence on those that do not.
 
     Raises:
-        DataError: No cell holds a trial.
+        DataError: No set holds a trial.
+        ConfigError: A condition or the split does not fit the trial table.
     """
-    from hrcneuro.eeg.selection import cells
+    from hrcneuro.analyses.conditions import trial_sets
 
-    found = cells(trials.table, config.conditions, split=config.split)
-    filled = [cell for cell in found if cell.n]
+    sets = trial_sets(trials.table, config.conditions, config.split)
+    filled = [one for one in sets if one.n]
     if not filled:
         events = ", ".join(sorted({str(e) for e in trials.table["event"]})) if "event" in trials.table else "unknown"
         raise DataError(
             f"{unit}: none of the {len(trials.table)} epochs belongs to a condition ({', '.join(config.conditions)})",
             cure=f"correct the queries in [conditions]; the epochs' events are: {events}",
         )
-    empty = [cell.label for cell in found if not cell.n]
+    empty = [one.label for one in sets if not one.n]
     return filled, [f"no trials, so left out: {', '.join(empty)}"] if empty else []
+
+
+def trial_counts(sets: Iterable[TrialSet]) -> dict[str, dict[str, int]]:
+    """Return scenario -> condition -> number of trials."""
+    counts: dict[str, dict[str, int]] = {}
+    for one in sets:
+        counts.setdefault(one.scenario, {})[one.condition] = one.n
+    return counts
 
 
 def in_order(pairs: Iterable[tuple[str, str]], conditions: Iterable[str]) -> list[tuple[str, str]]:
     """Return (scenario, condition) pairs once each: ``all`` first, then by scenario, conditions as configured."""
+    from hrcneuro.eeg.selection import ALL
+
     rank = {name: i for i, name in enumerate(conditions)}
-    return sorted(set(pairs), key=lambda p: (p[0] != "all", p[0], rank.get(p[1], len(rank)), p[1]))
+    return sorted(set(pairs), key=lambda p: (p[0] != ALL, p[0], rank.get(p[1], len(rank)), p[1]))
 
 
-def named_test(config: Options, *, subjects: int) -> str:
-    """Return what the test over so many subjects is, short enough for the foot of a figure."""
-    if subjects < 2:
-        return "one subject: not tested"
-    how = "clusters" if config.correction == "cluster" else "extreme statistics"
-    return f"p < {config.alpha:g} by sign flips over subjects, {how}"
+def grand_averages(averages: Mapping[str, Averages], config: ContrastOptions) -> list[GrandAverage]:
+    """Return each condition's mean and SD over the subjects that have it, in the order of :func:`in_order`.
+
+    Args:
+        averages: Subject -> its maps, all of one shape.
+        config: A Config with conditions.
+    """
+    from hrcneuro.eeg.contrasts import GrandAverage
+
+    pairs = in_order((pair for maps in averages.values() for pair in maps), config.conditions)
+    return [GrandAverage.of(*pair, [maps[pair] for maps in averages.values() if pair in maps]) for pair in pairs]
 
 
-def held_by_half(tested: Iterable[Tested], n: int) -> list[Tested]:
-    """Return the tested contrasts that at least half of ``n`` subjects have: fewer say nothing of the group."""
-    return [one for one in tested if 2 * len(one.units) >= n]
+def own_averages(averages: Mapping[str, Averages], contrast: GroupContrast) -> tuple[GrandAverage, GrandAverage]:
+    """Return the grand averages of a contrast's two conditions, over the subjects that have both."""
+    from hrcneuro.eeg.contrasts import GrandAverage
+
+    scenario = contrast.scenario
+    plus, minus = (
+        GrandAverage.of(scenario, condition, [averages[unit][scenario, condition] for unit in contrast.units])
+        for condition in (contrast.plus, contrast.minus)
+    )
+    return plus, minus
 
 
-def over_subjects(averages: Mapping[str, Averages], config: Options, adjacency: Any) -> Iterator[Tested]:
+def over_subjects(averages: Mapping[str, Averages], config: ContrastOptions, adjacency: Any) -> Iterator[GroupContrast]:
     """Yield each contrast of each scenario over the subjects that have both conditions; at least one has.
 
     Args:
@@ -141,7 +134,7 @@ def over_subjects(averages: Mapping[str, Averages], config: Options, adjacency: 
     """
     import numpy as np
 
-    from hrcneuro.eeg.contrasts import Tested, summarise
+    from hrcneuro.eeg.contrasts import GroupContrast, summarise
     from hrcneuro.eeg.permutation import cluster_test, sign_flip_test
 
     pairs = in_order((pair for maps in averages.values() for pair in maps), config.conditions)
@@ -164,11 +157,14 @@ def over_subjects(averages: Mapping[str, Averages], config: Options, adjacency: 
             else:
                 test = sign_flip_test(differences, np.random.default_rng(seeds), **common)
             result = summarise(differences, test, confidence=config.confidence)
-            yield Tested(scenario, name, plus, minus, tuple(units), result)
+            yield GroupContrast(scenario, name, plus, minus, tuple(units), result)
 
 
 def group_summary(
-    averages: Mapping[str, Averages], tested: list[Tested], axes: Mapping[str, Iterable[Any]], config: Options
+    averages: Mapping[str, Averages],
+    tested: list[GroupContrast],
+    axes: Mapping[str, Iterable[Any]],
+    config: ContrastOptions,
 ) -> dict[str, Any]:
     """Return the group's JSON summary; axes as in :func:`contrast_summary`."""
     contrasts: dict[str, dict[str, Any]] = {}
@@ -183,21 +179,23 @@ def group_summary(
     }
 
 
-def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], config: Options) -> list[str]:
+def group_warnings(
+    averages: Mapping[str, Averages], tested: Iterable[GroupContrast], config: ContrastOptions
+) -> list[str]:
     """Return sentences on contrasts that lack subjects and on tests that can never reach significance."""
     from hrcneuro.eeg.permutation import smallest_p
 
-    found, tested = [], list(tested)
+    warnings, tested = [], list(tested)
     for t in tested:
         missing = sorted(set(averages) - set(t.units))
         if missing:
-            found.append(
+            warnings.append(
                 f"{t.scenario}, {t.name}: without {', '.join(missing)}, who lack a condition (n = {len(t.units)})"
             )
     sizes = {t.result.n for t in tested}
     if 1 in sizes:
-        found.append("a contrast of one subject cannot be tested: its difference is descriptive")
-    found += [
+        warnings.append("a contrast of one subject cannot be tested: its difference is descriptive")
+    warnings += [
         f"with {n} subjects the smallest p is {smallest_p(n):.3g}: nothing can be significant at {config.alpha:g}, the "
         "differences are descriptive"
         for n in sorted(sizes - {1})
@@ -205,11 +203,11 @@ def group_warnings(averages: Mapping[str, Averages], tested: Iterable[Tested], c
     ]
     lost = [name for name in config.contrasts if name not in {t.name for t in tested}]
     if lost:
-        found.append(f"no subject has both conditions of {', '.join(lost)}")
-    return found
+        warnings.append(f"no subject has both conditions of {', '.join(lost)}")
+    return warnings
 
 
-def contrast_summary(tested: Tested, axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
+def contrast_summary(tested: GroupContrast, axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
     """Return a contrast as JSON: subjects, significant points, thresholds, and where the difference is largest.
 
     There, at ``peak``, are the difference, its t and corrected p, and Cohen's dz with its confidence interval. The
@@ -226,26 +224,26 @@ def contrast_summary(tested: Tested, axes: Mapping[str, Iterable[Any]]) -> dict[
     at = np.unravel_index(int(np.argmax(np.abs(result.difference))), result.difference.shape)
     place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
     peak = place | {"difference_uv": float(result.difference[at])}
-    found: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
+    summary: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
     if result.test is not None:
         test = result.test
         peak |= {"t": _jsonable(test.t[at]), "p": float(test.p[at])}
         peak |= {name: _jsonable(getattr(result, name)[at]) for name in ("dz", "dz_low", "dz_high")}
-        found |= {"significant": int(test.significant.sum()), "p_min": float(test.p.min())}
-        found |= {
+        summary |= {"significant": int(test.significant.sum()), "p_min": float(test.p.min())}
+        summary |= {
             "t_low": _jsonable(test.low),
             "t_high": _jsonable(test.high),
             "flips": test.flips,
             "exact": test.exact,
         }
-    return found
+    return summary
 
 
 def channel_adjacency(positions: pd.DataFrame) -> Any:
     """Return which channels are neighbours (Delaunay triangles on the scalp), as a sparse matrix.
 
     Args:
-        positions: Channel -> x, y, z in metres, NaN where unknown.
+        positions: Channel -> x, y, z, m; NaN where unknown.
 
     Raises:
         ConfigError: A channel has no position.

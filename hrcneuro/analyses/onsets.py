@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
-    from hrcneuro.eeg.overlap import Others
+    from hrcneuro.eeg.overlap import OtherOnsets
     from hrcneuro.eeg.resample import Ratio
-    from hrcneuro.eeg.selection import Trials
+    from hrcneuro.eeg.selection import LabelledEpochs
 
 
 def ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
@@ -35,24 +35,24 @@ def ratio(inputs: Inputs, raw: mne.io.BaseRaw) -> Ratio:
     return Ratio(float(timing["source_sfreq"]), int(timing["up"]), int(timing["down"]))
 
 
-def samples(trials: pd.DataFrame, made: Ratio) -> np.ndarray:
-    """Return the clean signal's sample of each onset, -1 where a trial has none, shape (trials,)."""
+def samples(trials: pd.DataFrame, rates: Ratio) -> np.ndarray:
+    """Return the clean signal's sample of each onset, -1 where a trial has none, ndarray, shape (n_trials,)."""
     import numpy as np
 
     known = trials["onset_sample"].notna().to_numpy()
     onsets = np.full(len(trials), -1, np.int64)
-    onsets[known] = made.nearest(trials.loc[known, "onset_sample"].to_numpy(np.int64))
+    onsets[known] = rates.nearest(trials.loc[known, "onset_sample"].to_numpy(np.int64))
     return onsets
 
 
-def borders(raw: mne.io.BaseRaw, made: Ratio) -> list[int]:
+def borders(raw: mne.io.BaseRaw, rates: Ratio) -> list[int]:
     """Return the first sample of each new stretch of the clean signal."""
     from hrcneuro.eeg import breaks
 
-    return [made.first(s) for s in breaks.borders(raw.annotations.onset, raw.annotations.description, made.source)]
+    return [rates.first(s) for s in breaks.borders(raw.annotations.onset, raw.annotations.description, rates.source)]
 
 
-def without_epoch(inputs: Inputs, trials: Trials) -> Others:
+def without_epoch(inputs: Inputs, trials: LabelledEpochs) -> OtherOnsets:
     """Return the onsets in the recording that have no epoch: moves of no condition, and trials that were rejected.
 
     Args:
@@ -61,17 +61,17 @@ def without_epoch(inputs: Inputs, trials: Trials) -> Others:
     """
     import numpy as np
 
-    from hrcneuro.eeg.overlap import Others
+    from hrcneuro.eeg.overlap import OtherOnsets
     from hrcneuro.io.fif import read_raw
     from hrcneuro.io.tables import read_table
 
     raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
-    made = ratio(inputs, raw)
+    rates = ratio(inputs, raw)
     table = read_table(inputs.path("acquire", "trials.parquet"))
-    found = samples(table[~table["onset_sample"].isin(trials.table["onset_sample"])], made)
-    found = found[(found >= 0) & (found < raw.n_times)]
-    edges = np.array([0, *(b for b in borders(raw, made) if 0 < b < raw.n_times), raw.n_times])
-    stretch = np.searchsorted(edges, found, side="right")
-    first = found + round(trials.times[0] * trials.info["sfreq"])
+    others = samples(table[~table["onset_sample"].isin(trials.table["onset_sample"])], rates)
+    others = others[(others >= 0) & (others < raw.n_times)]
+    edges = np.array([0, *(b for b in borders(raw, rates) if 0 < b < raw.n_times), raw.n_times])
+    stretch = np.searchsorted(edges, others, side="right")
+    first = others + round(trials.times[0] * trials.info["sfreq"])
     spans = np.stack([edges[stretch - 1] - first, edges[stretch] - first], axis=1)
-    return Others(found, spans.clip(0, len(trials.times)))
+    return OtherOnsets(others, spans.clip(0, len(trials.times)))

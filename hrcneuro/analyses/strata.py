@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hrcneuro.eeg.contrasts import Tested
-    from hrcneuro.eeg.selection import Cell
+    from hrcneuro.analyses.contrasts import ContrastOptions
+    from hrcneuro.eeg.contrasts import GroupContrast
+    from hrcneuro.eeg.selection import TrialSet
 
 
-def chosen(config: Any) -> dict[str, tuple[str, ...]]:
-    """Return the contrasts that are stratified."""
+def stratified_contrasts(config: ContrastOptions) -> dict[str, tuple[str, ...]]:
+    """Return the contrasts that are computed within strata, too: name -> [plus, minus]."""
     return {
         name: pair
         for name, pair in config.contrasts.items()
@@ -26,29 +27,31 @@ def chosen(config: Any) -> dict[str, tuple[str, ...]]:
     }
 
 
-def cells(table: pd.DataFrame, found: list[Cell], config: Any) -> tuple[list[Cell], list[str]]:
-    """Return the strata's cells, and a sentence on what has none.
+def stratified_sets(
+    table: pd.DataFrame, sets: list[TrialSet], config: ContrastOptions
+) -> tuple[list[TrialSet], list[str]]:
+    """Return the strata's sets of trials, and a sentence on what has none.
 
     Args:
         table: The trial table.
-        found: The cells that are stratified.
+        sets: Those of whole conditions.
         config: The options: contrasts, strata and the least number of trials.
     """
     from hrcneuro.eeg.selection import strata
 
-    contrasts = chosen(config)
+    contrasts = stratified_contrasts(config)
     if not contrasts or not config.strata:
         return [], []
     lacking = [column for column in config.strata if column not in table or table[column].isna().all()]
-    made = strata(table, found, config.strata, contrasts.values(), at_least=config.min_stratum)
-    return made, [f"no strata of {', '.join(lacking)}: no such column, or no value in it"] if lacking else []
+    within = strata(table, sets, config.strata, contrasts.values(), at_least=config.min_stratum)
+    return within, [f"no strata of {', '.join(lacking)}: no such column, or no value in it"] if lacking else []
 
 
-def summary(tested: Iterable[Tested], axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
-    """Return stratum -> contrast -> the contrast as JSON, as :func:`.group_contrasts.contrast_summary`."""
+def summary(tested: Iterable[GroupContrast], axes: Mapping[str, Iterable[Any]]) -> dict[str, Any]:
+    """Return stratum -> contrast -> the contrast as JSON, as :func:`.contrasts.contrast_summary` has it."""
     from hrcneuro.analyses.contrasts import contrast_summary
 
-    found: dict[str, Any] = {}
+    summaries: dict[str, Any] = {}
     for one in tested:
-        found.setdefault(one.scenario, {})[one.name] = contrast_summary(one, axes)
-    return found
+        summaries.setdefault(one.scenario, {})[one.name] = contrast_summary(one, axes)
+    return summaries

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Backend, WallClock]:
     """Return an arm that stands still, and the clock of its loop, which should begin at once.
 
-    From here on this thread runs before the machine's other work, until the clock's ``relax``.
+    From here on this thread runs before the machine's other work, until the clock's ``restore_priority``.
 
     Args:
         backend: "ur", "ursim" or "ros".
@@ -33,12 +33,12 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
     from hrcneuro.arms.clock import WallClock
 
     clock = WallClock()
-    clock.hurry()
+    clock.raise_priority()
     try:
         arm = _arm(backend, host, driver, clock)
         arm.align()
     except BaseException:
-        clock.relax()
+        clock.restore_priority()
         raise
     return arm, clock
 

@@ -1,4 +1,4 @@
-"""Real time."""
+"""The machine's own time for the loop: a monotonic clock with a place before other work, and the arm's stamps on it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class WallClock:
         self._before: tuple[int, os.sched_param] | None = None
         self._nice: int | None = None
 
-    def hurry(self) -> None:
+    def raise_priority(self) -> None:
         """Have this thread, and what it starts from now on, run before the machine's other work, where that is allowed.
 
         A high priority among ordinary programs is not enough: Linux shares the processor among sessions first, and on a
@@ -32,8 +32,8 @@ class WallClock:
                 os.setpriority(os.PRIO_PROCESS, 0, -15)
                 self._nice = nice
 
-    def relax(self) -> None:
-        """Let this thread run as it did before :meth:`hurry`."""
+    def restore_priority(self) -> None:
+        """Let this thread run as it did before :meth:`raise_priority`."""
         if self._before is not None:
             os.sched_setscheduler(0, *self._before)
             self._before = None

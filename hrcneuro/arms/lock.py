@@ -15,8 +15,8 @@ from hrcneuro.errors import HardwareError
 
 
 @contextlib.contextmanager
-def held(backend: str, host: str, subject: str) -> Iterator[None]:
-    """Hold the arm of ``backend`` at ``host`` for ``subject``'s session.
+def exclusive(backend: str, host: str, subject: str) -> Iterator[None]:
+    """Keep the arm of ``backend`` at ``host`` for ``subject``'s session alone.
 
     Raises:
         HardwareError: Another session on this machine drives it, or its lock cannot be opened.

@@ -12,7 +12,7 @@ from typing import Any
 
 from hrcneuro.arms.clock import Stamps, WallClock
 from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import PLAYING, STOPPED, State
+from hrcneuro.robot.backend import PLAYING, STOPPED, Packet
 
 JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"
@@ -38,7 +38,7 @@ class RosArm:
         """
         rospy, sensors, basics = _library()
         self._clock, self._stamps = clock, Stamps()
-        self._packet: State | None = None
+        self._packet: Packet | None = None
         self._runtime, self._lacks = PLAYING, ""
         self._message: Any = basics.Float64MultiArray
         if not rospy.core.is_initialized():
@@ -71,7 +71,7 @@ class RosArm:
             self._clock.wait_until(self._clock.now() + 2e-4)
         self._clock.wait_until(self._clock.now() + 1e-3)
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the newest joint state."""
         assert self._packet is not None
         return self._packet
@@ -99,7 +99,7 @@ class RosArm:
             return
         order = [place[joint] for joint in JOINTS]
         now, made = self._clock.now(), message.header.stamp.to_sec()
-        self._packet = State(
+        self._packet = Packet(
             self._stamps.local(made, now) if made else now,
             [message.position[i] for i in order],
             [message.velocity[i] for i in order],

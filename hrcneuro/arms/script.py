@@ -14,7 +14,7 @@ import threading
 from hrcneuro.arms.clock import Stamps, WallClock
 from hrcneuro.arms.dashboard import check_ready
 from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, State
+from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, Packet
 
 _ACCELERATION = 15.0
 _HOLD = 0.1  # s, that a line acts
@@ -35,7 +35,7 @@ class ScriptArm:
         """
         check_ready(host)
         self._host, self._clock, self._stamps = host, clock, Stamps()
-        self._packet: State | None = None
+        self._packet: Packet | None = None
         self._arrived = threading.Condition()
         self._problem = ""
         try:
@@ -60,7 +60,7 @@ class ScriptArm:
             self._arrived.wait(0.1)
         self._clock.wait_until(self._clock.now() + 1e-3)
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the newest packet."""
         assert self._packet is not None
         return self._packet
@@ -106,10 +106,10 @@ class ScriptArm:
             data += piece
         return data
 
-    def _state(self, values: tuple[float, ...]) -> State:
+    def _state(self, values: tuple[float, ...]) -> Packet:
         # Between two lines no program runs, which is no reason to stop; a paused one is.
         runtime = PAUSED if int(values[_PROGRAM]) == PAUSED else PLAYING
-        return State(
+        return Packet(
             self._stamps.local(values[_TIME], self._clock.now()),
             list(values[_Q : _Q + 6]),
             list(values[_QD : _QD + 6]),

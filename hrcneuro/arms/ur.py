@@ -12,7 +12,7 @@ from hrcneuro.arms import ur_process as process
 from hrcneuro.arms.clock import Stamps, WallClock
 from hrcneuro.arms.dashboard import check_ready, stop_by_script
 from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import NORMAL, PERIOD, PLAYING, State
+from hrcneuro.robot.backend import NORMAL, PERIOD, PLAYING, Packet
 
 _START = 20.0  # s, for ur_rtde to connect
 _PROMPT = PERIOD / 2  # s, for a packet that has come already
@@ -53,7 +53,7 @@ class UrArm:
         except BaseException:
             self._end()
             raise
-        self._packet: State = packet
+        self._packet: Packet = packet
 
     def align(self) -> None:
         """Return just after a packet has come: a loop that begins now reads fresh packets."""
@@ -62,7 +62,7 @@ class UrArm:
             self._clock.wait_until(self._clock.now() + 2e-4)
         self._clock.wait_until(self._clock.now() + 1e-3)
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the newest packet; where the driver does not answer, the last one, which grows old."""
         packet = self._ask(process.PACKET, within=_PROMPT)
         if packet is not None:
@@ -101,7 +101,7 @@ class UrArm:
         if answer != process.READY:
             raise _refused(self._host, answer.removeprefix(process.FAILED).decode("utf-8", "replace"))
 
-    def _ask(self, what: bytes, value: float = 0.0, *, within: float) -> State | None:
+    def _ask(self, what: bytes, value: float = 0.0, *, within: float) -> Packet | None:
         """Return the packet that answers a request, None where none comes ``within`` seconds."""
         self._number = (self._number + 1) % 2**32
         until = self._clock.now() + within
@@ -118,10 +118,10 @@ class UrArm:
             pass
         return None
 
-    def _state(self, values: list[float]) -> State:
+    def _state(self, values: list[float]) -> Packet:
         stamp, scaling, safety, runtime = values[0], *values[13:]
         local = self._stamps.local(stamp, self._clock.now())
-        return State(local, values[1:7], values[7:13], int(safety), int(runtime), scaling)
+        return Packet(local, values[1:7], values[7:13], int(safety), int(runtime), scaling)
 
     def _end(self) -> None:
         # Its sockets close with it, and the robot's watchdog stops what moves.

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import Backend, State
+from hrcneuro.robot.backend import Backend, Packet
 
 _START = 20.0  # s, until it listens
 
@@ -36,10 +36,10 @@ class UrSim:
             raise
 
     def align(self) -> None:
-        """See the arm's."""
+        """Return just after a packet has come."""
         self._arm.align()
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the newest packet."""
         return self._arm.state()
 

@@ -104,8 +104,8 @@ def _export(options: Options, subjects: Sequence[str] | None, folder: Path) -> i
     from hrcneuro.cli import bring
     from hrcneuro.contract import params
     from hrcneuro.errors import HrcError
+    from hrcneuro.export import authors as layout
     from hrcneuro.pipeline import graph
-    from hrcneuro.sources import export as layout
 
     settings = bring.settings(options)
     wanted = graph.targets(settings, ["acquire"], subjects or ())

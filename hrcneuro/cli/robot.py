@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from typing import Annotated
 
@@ -54,19 +55,24 @@ _MEANING = {
 
 
 def _timing(options: Options, subject: str) -> str:
+    from hrcneuro.errors import DataError
     from hrcneuro.io.tables import read_table
     from hrcneuro.pipeline.workdir import Workdir
 
-    place = Workdir(options.workdir).artifact("robot", subject, "timing.parquet")
+    workdir = Workdir(options.workdir)
+    table = read_table(workdir.artifact("robot", subject, "timing.parquet"))
     names = ("mean", "sd", "median", "low", "p1", "p99", "high")
     head = "".join(f"{name:>9}" for name in ("mean", "sd", "median", "least", "1 %", "99 %", "most"))
     rows = [
         f"{subject}: timing in ms; t = 0 is the cycle of the first command that is not zero",
         f"{'':<52}{'n':>8}{head}",
     ]
-    for row in read_table(place).to_dict("records"):
+    for row in table.to_dict("records"):
         # Beside the distribution of a quantity stands that of its distance from the median, or from 8 ms.
         text = _MEANING.get(row["quantity"], "  its jitter")
         figures = "".join(f"{round(row[f'{name}_ms'], 3) + 0.0:>9.3f}" for name in names)
         rows.append(f"{text:<52}{row['n']:>8}{figures}")
-    return "\n".join([*rows, f"drawn in {place.with_name('timing.png')}"])
+    # With --no-figures there may be no picture.
+    with contextlib.suppress(DataError):
+        rows.append(f"drawn in {workdir.artifact('robot', subject, 'timing.png')}")
+    return "\n".join(rows)

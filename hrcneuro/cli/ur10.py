@@ -9,6 +9,7 @@ import typer
 
 from hrcneuro.cli.declare import command, group
 from hrcneuro.cli.options import Options
+from hrcneuro.ur10 import SOFTWARE
 
 _ur10 = group("ur10", "A simulated UR10 controller.")
 
@@ -32,7 +33,7 @@ def ur10_serve(
             metavar="KIND[=VALUE][@SECONDS]", help="Something that goes wrong; repeatable. docs/robot.md lists them."
         ),
     ] = None,
-    software: Annotated[str, typer.Option(help="The version it says it is.")] = "3.9.1.64192",
+    software: Annotated[str, typer.Option(help="The version it says it is.")] = SOFTWARE,
     programs: Annotated[
         Path | None, typer.Option(help="A folder of URScript files that the dashboard can load.")
     ] = None,

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro.eeg.permutation import all_signs, random_signs
+
 # Ehrlich et al. 2023, Table 2: mean and SD over 11 subjects, percent; (scenario, problem) -> measure -> (mean, SD).
 PUBLISHED: dict[tuple[str, str], dict[str, tuple[float, float]]] = {
     ("sC", "HHvsHR"): {"tnr": (52.0, 3.7), "tpr": (51.4, 5.1), "acc": (51.9, 3.7)},
@@ -67,11 +69,7 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     n = len(finite)
     if not n:
         return float("nan")
-    if n <= _EXACT_SUBJECTS:
-        flips = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
-    else:
-        flips = rng.choice([-1.0, 1.0], size=(2**_EXACT_SUBJECTS, n))
-        flips[0] = 1.0
+    flips = all_signs(n) if n <= _EXACT_SUBJECTS else random_signs(n, rng, count=2**_EXACT_SUBJECTS)
     sums = flips @ finite
     if two_sided:
         sums = np.abs(sums)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
 
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
@@ -31,8 +31,10 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
-            "decoding.png": "Balanced accuracy of every subject with its 95 % interval, the group's mean and the "
-            "published one"
+            "decoding.png": Caption(
+                "Balanced accuracy of every subject with its 95 % interval, the group's mean and the published one",
+                "Forest plot",
+            )
         },
         reads=(Read("decode", ("subjects.parquet", "table2.parquet"), Of.GROUP),),
         options=(),

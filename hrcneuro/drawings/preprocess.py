@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Read
 
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
@@ -22,7 +22,9 @@ DRAWINGS = Drawings(
     name="preprocess",
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     subject=Drawing(
-        captions={"quality.png": "Channels: kurtosis and what was interpolated, eye movements removed, amplitude"},
+        captions={
+            "quality.png": Caption("Channels: kurtosis and what was interpolated, eye movements removed, amplitude")
+        },
         reads=(Read("preprocess", ("quality.parquet",)),),
         options=("preprocess.threshold",),
         draw=draw,

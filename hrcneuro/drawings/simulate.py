@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
 
 # Axes of a sweep whose usual value is that of an option.
 _USUAL = ("events", "subtasks", "chosen", "alpha", "tau")
@@ -43,12 +43,19 @@ DRAWINGS = Drawings(
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
-            "fig4.png": "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical "
-            "decoder, B better and worse decoders, C tasks reassigned, D more subtasks",
-            "learners.png": "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % "
-            "intervals",
-            "confound.png": "Learning when the decoder answers to errors: the same rates, other tasks",
-            "sweep.png": "How good must a decoder be? Minutes to 80 % choice accuracy",
+            "fig4.png": Caption(
+                "Fig 4: choice accuracy of the simulated robot (mean, 95 % Monte-Carlo band): A empirical "
+                "decoder, B better and worse decoders, C tasks reassigned, D more subtasks",
+                "Fig 4",
+            ),
+            "learners.png": Caption(
+                "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % intervals",
+                "Learners compared",
+            ),
+            "confound.png": Caption(
+                "Learning when the decoder answers to errors: the same rates, other tasks", "Learning from errors"
+            ),
+            "sweep.png": Caption("How good must a decoder be? Minutes to 80 % choice accuracy", "Design sweep"),
         },
         reads=(Read("simulate", ("*.parquet",), Of.GROUP),),
         options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),

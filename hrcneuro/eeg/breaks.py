@@ -23,12 +23,12 @@ def borders(onsets_s: Iterable[float], descriptions: Iterable[str], sfreq: float
     A discontinuity half-way between two samples, where EEGLAB puts it, belongs to the later one. Annotations come
     through single precision, so "half-way" is meant within its step.
     """
-    found = set()
+    firsts = set()
     for onset, description in zip(onsets_s, descriptions, strict=True):
         if is_break(description):
             slack = min(float(np.spacing(np.float32(onset))) * sfreq, 0.25) + 1e-6
-            found.add(math.floor(onset * sfreq + 0.5 + slack))
-    return sorted(found)
+            firsts.add(math.floor(onset * sfreq + 0.5 + slack))
+    return sorted(firsts)
 
 
 def marked(

@@ -1,7 +1,6 @@
 """The chain from a raw recording to clean EEG (paper §2.3.3): band-pass, eyes, bad channels, reference, rate.
 
-Arrays are channels × samples, in microvolt, and are worked on in place: beside the recording the chain needs memory
-for a few channels only.
+Signals are worked on in place: beside the recording the chain needs memory for a few channels only.
 """
 
 from __future__ import annotations
@@ -13,38 +12,33 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hrcneuro.eeg import channels, filters, interpolation, ocular, resample
-from hrcneuro.errors import DataError
+from hrcneuro.eeg.params import CleaningParams
+from hrcneuro.eeg.refusals import (
+    AllBadError,
+    AllRejectedError,
+    FewGoodError,
+    LoneChannelError,
+    MarkedEogError,
+    NoEogError,
+    NoPositionError,
+)
 
 STEPS = ("filtered", "eog", "interpolated", "reference")
 # A spline through fewer electrodes is a guess.
 _MIN_GOOD = 3
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """What to do; the names and meanings are those of the stage's options."""
-
-    l_freq: float
-    h_freq: float
-    sfreq: float
-    filter: str = "zero_phase"
-    transition: str = "achieved"
-    causal_l_freq: float = 0.1
-    eog: str = "regression"
-    eog_offset: bool = True
-    bad_channels: str = "kurtosis"
-    threshold: float = 2.0
-    interpolation: str = "eeglab"
-    unplaced: str = "error"
-    reference: str = "average"
-
-
 @dataclass
 class Signals:
-    """A recording to clean. EEG rows come before EOG rows in ``data``; borders begin new stretches.
+    """A recording to clean.
 
-    ``positions`` are EEG channels × 3, around the centre of the interpolation's sphere, NaN where unknown;
-    ``marked`` names the channels, EEG and EOG, that somebody called bad before.
+    Attributes:
+        data: ndarray, shape (n_eeg + n_eog, n_samples), µV: EEG rows come before EOG rows.
+        sfreq: Sampling rate, in Hz.
+        eeg_names, eog_names: The channels, in the order of the rows.
+        positions: ndarray, shape (n_eeg, 3), around the centre of the interpolation's sphere, NaN where unknown.
+        borders: First samples of new stretches.
+        marked: Channels, EEG and EOG, that somebody called bad before.
     """
 
     data: np.ndarray
@@ -57,25 +51,35 @@ class Signals:
 
     @property
     def eeg(self) -> np.ndarray:
-        """The EEG, a view."""
+        """The EEG: ndarray, shape (n_eeg, n_samples), a view."""
         return self.data[: len(self.eeg_names)]
 
     @property
     def eog(self) -> np.ndarray:
-        """The EOG, a view."""
+        """The EOG: ndarray, shape (n_eog, n_samples), a view."""
         return self.data[len(self.eeg_names) :]
 
 
 @dataclass
 class Cleaned:
-    """Clean EEG at the new rate, and what was found on the way: an entry an EEG channel of the recording.
+    """Clean EEG at the new rate, and what was seen on the way, an entry an EEG channel of the recording.
 
-    ``interpolated`` and ``dropped`` are boolean masks; ``weights`` is EEG × EOG, 0 for an EOG channel that was marked
-    bad; ``reason`` says why a channel is bad (``kurtosis``, ``flat``, ``marked``) or is empty.
+    Attributes:
+        eeg: ndarray, shape (n_kept, n_samples), µV: the channels that were not dropped.
+        ratio: Of the new rate to the recording's.
+        ahead_ms: How far the down-sampling looks ahead, in ms; 0 where the rate stays.
+        kurtosis: ndarray, shape (n_eeg,), NaN for a flat channel.
+        z: ndarray, shape (n_eeg,), SD: the kurtosis normalised, NaN where flat or marked.
+        reason: Why a channel is bad (``kurtosis``, ``flat``, ``marked``), or an empty string.
+        interpolated, dropped: ndarray, shape (n_eeg,), bool.
+        weights: ndarray, shape (n_eeg, n_eog), 0 for an EOG channel that was marked bad.
+        rms_before, rms_after: ndarray, shape (n_eeg,), µV: after the band-pass, and at the end (NaN where dropped).
+        warnings: What a person would not expect, a sentence each.
     """
 
     eeg: np.ndarray
     ratio: resample.Ratio
+    ahead_ms: int
     kurtosis: np.ndarray
     z: np.ndarray
     reason: list[str]
@@ -88,95 +92,93 @@ class Cleaned:
 
 
 def clean(
-    signals: Signals, recipe: Recipe, *, on_step: Callable[[str, np.ndarray], None] = lambda name, eeg: None
+    signals: Signals, params: CleaningParams, *, on_step: Callable[[str, np.ndarray], None] = lambda name, eeg: None
 ) -> Cleaned:
-    """Return the clean EEG; ``signals.data`` is used up.
+    """Return the clean EEG.
 
-    ``on_step`` sees the EEG after each of :data:`STEPS` (at the recording's rate) and must not change it.
+    Args:
+        signals: The recording; its data are used up.
+        params: The chain's parameters.
+        on_step: Sees the EEG after each of :data:`STEPS` (at the recording's rate) and must not change it.
 
     Raises:
-        DataError: Samples are no numbers, there is no EOG to regress on, all channels are bad, a bad channel cannot
-            be interpolated, or there is one channel to average.
-        ConfigError: The band does not fit the sampling rate, or the new rate cannot hold the band.
+        Refusal: Samples are no numbers, there is no EOG to regress on, all channels are bad, a bad channel cannot be
+            interpolated, there is one channel to average, the band does not fit the sampling rate, or the new rate
+            cannot hold the band; each is a class of its own in :mod:`hrcneuro.eeg.refusals`.
     """
     names = signals.eeg_names
     notes: list[str] = []
-    pass_freq = _check(signals, recipe)
-    ratio = _rate(signals, recipe, pass_freq, notes)
+    pass_freq = _check(signals, params)
+    ratio, ahead_ms = _rate(signals, params, pass_freq, notes)
 
-    _band_pass(signals, recipe)
+    _band_pass(signals, params)
     on_step("filtered", signals.eeg)
     before = _rms(signals.eeg)
-    weights = _remove_eyes(signals, recipe, notes)
+    weights = _remove_eyes(signals, params, notes)
     on_step("eog", signals.eeg)
-    verdict, reason = _judge(signals, recipe, notes)
-    interpolated, dropped = _interpolate(signals, recipe, reason, notes)
+    verdict, reason = _judge(signals, params, notes)
+    interpolated, dropped = _interpolate(signals, params, reason, notes)
     eeg = _without(signals.eeg, dropped)
     on_step("interpolated", eeg)
-    if recipe.reference == "average":
+    if params.reference == "average":
         _average(eeg, [name for name, left_out in zip(names, dropped, strict=True) if not left_out])
     on_step("reference", eeg)
     eeg = resample.resample(eeg, ratio, pass_freq=pass_freq, borders=signals.borders)
     after = np.full(len(names), math.nan)
     after[~dropped] = _rms(eeg)
     return Cleaned(
-        eeg, ratio, verdict.kurtosis, verdict.z, reason, interpolated, dropped, weights, before, after, notes
+        eeg, ratio, ahead_ms, verdict.kurtosis, verdict.z, reason, interpolated, dropped, weights, before, after, notes
     )
 
 
-def _check(signals: Signals, recipe: Recipe) -> float:
+def _check(signals: Signals, params: CleaningParams) -> float:
     """Refuse what cannot be cleaned; return the highest frequency that the filter lets through, in Hz."""
     channels.check_finite(signals.data, [*signals.eeg_names, *signals.eog_names], signals.sfreq)
-    if recipe.eog == "regression":
+    if params.eog == "regression":
         _require_eog(signals)
-    if recipe.filter == "causal":
-        filters.check_band(signals.sfreq, recipe.causal_l_freq, recipe.h_freq)
-        return recipe.h_freq
-    return filters.design(signals.sfreq, recipe.l_freq, recipe.h_freq, transition=recipe.transition).high
+    if params.filter == "causal":
+        filters.check_band(signals.sfreq, params.causal_l_freq, params.h_freq)
+        return params.h_freq
+    return filters.design(signals.sfreq, params.l_freq, params.h_freq, transition=params.transition).high
 
 
 def _require_eog(signals: Signals) -> None:
     if not signals.eog_names:
-        raise DataError(
-            f"preprocess.eog is 'regression', but no channel is EOG: {', '.join(signals.eeg_names)} are EEG",
-            cure="set preprocess.eog = 'none', or say which channels are EOG: acquire.channel_types = {NAME = 'eog'}",
+        raise NoEogError(
+            "eye movements are to be removed by regression, but no channel is EOG: "
+            f"{', '.join(signals.eeg_names)} are EEG"
         )
     if signals.marked.issuperset(signals.eog_names):
-        raise DataError(
-            f"preprocess.eog is 'regression', but all EOG channels are marked bad: {', '.join(signals.eog_names)}",
-            cure="set preprocess.eog = 'none', or unmark one that can serve (acquire.bads, or in the file)",
+        raise MarkedEogError(
+            "eye movements are to be removed by regression, but all EOG channels are marked bad: "
+            f"{', '.join(signals.eog_names)}"
         )
 
 
-def _rate(signals: Signals, recipe: Recipe, pass_freq: float, notes: list[str]) -> resample.Ratio:
-    """Return the way to the new rate, refused here rather than after minutes; note what a person would not expect."""
-    ratio = resample.ratio(signals.sfreq, recipe.sfreq)
-    if abs(ratio.sfreq - min(recipe.sfreq, signals.sfreq)) > 1e-6:
-        notes.append(f"{signals.sfreq:g} to {recipe.sfreq:g} Hz is no simple ratio: the rate is {ratio.sfreq:.6f} Hz")
-    if ratio.up != ratio.down:
-        taps = resample.antialias_taps(ratio, pass_freq)
-        if recipe.filter == "causal":
-            ahead_ms = math.ceil(1000 * (len(taps) // 2) / (ratio.source * ratio.up))
-            notes.append(
-                f"the filter is causal, the down-sampling after it is not: it looks up to {ahead_ms} ms ahead; "
-                f"preprocess.sfreq = {signals.sfreq:g} leaves it out"
-            )
-    return ratio
+def _rate(signals: Signals, params: CleaningParams, pass_freq: float, notes: list[str]) -> tuple[resample.Ratio, int]:
+    """Return the way to the new rate, refused here rather than after minutes, and how far it looks ahead, in ms."""
+    ratio = resample.ratio(signals.sfreq, params.sfreq)
+    if abs(ratio.sfreq - min(params.sfreq, signals.sfreq)) > 1e-6:
+        notes.append(f"{signals.sfreq:g} to {params.sfreq:g} Hz is no simple ratio: the rate is {ratio.sfreq:.6f} Hz")
+    if ratio.up == ratio.down:
+        return ratio, 0
+    taps = resample.antialias_taps(ratio, pass_freq)
+    return ratio, math.ceil(1000 * (len(taps) // 2) / (ratio.source * ratio.up))
 
 
-def _band_pass(signals: Signals, recipe: Recipe) -> None:
-    if recipe.filter == "causal":
-        band = recipe.causal_l_freq, recipe.h_freq
+def _band_pass(signals: Signals, params: CleaningParams) -> None:
+    if params.filter == "causal":
+        band = params.causal_l_freq, params.h_freq
         filters.causal(signals.data, signals.sfreq, *band, borders=signals.borders)
     else:
-        band = recipe.l_freq, recipe.h_freq
-        taps = filters.bandpass_taps(signals.sfreq, *band, transition=recipe.transition)
+        band = params.l_freq, params.h_freq
+        taps = filters.bandpass_taps(signals.sfreq, *band, transition=params.transition)
         filters.zero_phase(signals.data, taps, borders=signals.borders)
 
 
-def _remove_eyes(signals: Signals, recipe: Recipe, notes: list[str]) -> np.ndarray:
+def _remove_eyes(signals: Signals, params: CleaningParams, notes: list[str]) -> np.ndarray:
     weights = np.zeros((len(signals.eeg_names), len(signals.eog_names)))
-    if recipe.eog == "none":
+    if params.eog == "none":
         return weights
     eog, used = signals.eog, np.array([name not in signals.marked for name in signals.eog_names], bool)
     names = [name for name, one in zip(signals.eog_names, used, strict=True) if one]
@@ -190,14 +192,14 @@ def _remove_eyes(signals: Signals, recipe: Recipe, notes: list[str]) -> np.ndarr
             f"the EOG channels {', '.join(names)} do not differ enough (flat, or copies of each other): "
             "their weights are those of least norm"
         )
-    ocular.remove(signals.eeg, eog, weights[:, used], offset=recipe.eog_offset)
+    ocular.remove(signals.eeg, eog, weights[:, used], offset=params.eog_offset)
     return weights
 
 
-def _judge(signals: Signals, recipe: Recipe, notes: list[str]) -> tuple[channels.Verdict, list[str]]:
+def _judge(signals: Signals, params: CleaningParams, notes: list[str]) -> tuple[channels.Verdict, list[str]]:
     names = signals.eeg_names
     marked = np.array([name in signals.marked for name in names], bool)
-    threshold = recipe.threshold if recipe.bad_channels == "kurtosis" else math.inf
+    threshold = params.threshold if params.bad_channels == "kurtosis" else math.inf
     verdict = channels.judge(signals.eeg, threshold, marked=marked)
     reason = [
         "flat" if flat else "marked" if mark else "kurtosis" if bad else ""
@@ -205,14 +207,10 @@ def _judge(signals: Signals, recipe: Recipe, notes: list[str]) -> tuple[channels
     ]
     if verdict.bad.all():
         listed = ", ".join(f"{name} ({why})" for name, why in zip(names, reason, strict=True))
-        raise DataError(
-            f"all {len(names)} EEG channels are bad: {listed}",
-            # Flat and marked channels are bad whatever the kurtosis step does.
-            cure="look at the recording: hrcneuro acquire SUBJECT --inspect"
-            + ("; preprocess.bad_channels = 'none' keeps those rejected by kurtosis" if "kurtosis" in reason else ""),
-        )
+        refusal = AllRejectedError if "kurtosis" in reason else AllBadError
+        raise refusal(f"all {len(names)} EEG channels are bad: {listed}")
     compared = int((~(verdict.flat | marked)).sum())
-    if recipe.bad_channels == "kurtosis" and compared < channels.MIN_CHANNELS:
+    if params.bad_channels == "kurtosis" and compared < channels.MIN_CHANNELS:
         notes.append(f"only {compared} channels to compare: none is rejected by its kurtosis")
     if verdict.bad.sum() > len(names) / 3:
         notes.append(f"{verdict.bad.sum()} of {len(names)} EEG channels are bad")
@@ -220,7 +218,7 @@ def _judge(signals: Signals, recipe: Recipe, notes: list[str]) -> tuple[channels
 
 
 def _interpolate(
-    signals: Signals, recipe: Recipe, reason: list[str], notes: list[str]
+    signals: Signals, params: CleaningParams, reason: list[str], notes: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Interpolate the bad channels that have a position; return masks of these and of those to leave out."""
     names = signals.eeg_names
@@ -230,33 +228,28 @@ def _interpolate(
     dropped = np.zeros(len(names), bool)
     if lost:
         listed = ", ".join(lost)
-        if recipe.unplaced == "error":
-            raise DataError(
-                f"bad channels without a position cannot be interpolated: {listed}",
-                cure="give positions (acquire.montage), or set preprocess.unplaced = 'drop' to leave such channels out "
-                "('keep' to leave them as they are)",
-            )
-        dropped = bad & ~placed & (recipe.unplaced == "drop")
-        done = "left out" if recipe.unplaced == "drop" else "left as they are"
+        if params.unplaced == "error":
+            raise NoPositionError(f"bad channels without a position cannot be interpolated: {listed}")
+        dropped = bad & ~placed & (params.unplaced == "drop")
+        done = "left out" if params.unplaced == "drop" else "left as they are"
         notes.append(f"bad channels without a position, {done}: {listed}")
     target, source = np.flatnonzero(bad & placed), np.flatnonzero(~bad & placed)
     if len(target):
         if len(source) < _MIN_GOOD:
-            raise DataError(
+            raise FewGoodError(
                 f"{len(target)} bad channels cannot be interpolated from {len(source)} good ones with a position",
-                cure="at least 3 are needed: give positions (acquire.montage) or set preprocess.bad_channels = 'none'",
+                least=_MIN_GOOD,
             )
         at = signals.positions
-        matrix = interpolation.weights(at[source], at[target], method=recipe.interpolation)
+        matrix = interpolation.weights(at[source], at[target], method=params.interpolation)
         interpolation.apply(signals.eeg, target, source, matrix)
     return bad & placed, dropped
 
 
 def _average(eeg: np.ndarray, names: list[str]) -> None:
     if len(names) < 2:
-        raise DataError(
-            f"the average over 1 EEG channel ({names[0]}) is that channel: subtracting it leaves nothing",
-            cure="set preprocess.reference = 'none', or take more EEG channels into the recording",
+        raise LoneChannelError(
+            f"the average over 1 EEG channel ({names[0]}) is that channel: subtracting it leaves nothing"
         )
     channels.average_reference(eeg)
 

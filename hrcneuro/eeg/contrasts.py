@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,12 @@ class Contrast:
     """A paired contrast; arrays have the shape of one subject's map and the unit of the data.
 
     With one subject there is no test: ``test`` is None, ``sd`` and the effect sizes are NaN.
+
+    Attributes:
+        n: Subjects.
+        difference, sd: Mean and SD (n - 1) of their differences.
+        test: Whether the mean may be 0.
+        dz, dz_low, dz_high: Cohen's dz and its confidence interval.
     """
 
     n: int
@@ -37,8 +43,46 @@ class Contrast:
 
 
 @dataclass(frozen=True)
-class Tested:
-    """A contrast over subjects in one scenario."""
+class GrandAverage:
+    """A condition over subjects in one scenario; arrays have the shape and unit of a subject's map.
+
+    Attributes:
+        scenario, condition: What was averaged.
+        n: Subjects.
+        mean, sd: Over subjects; the SD (n - 1) is NaN with one.
+    """
+
+    scenario: str
+    condition: str
+    n: int
+    mean: Floats
+    sd: Floats
+
+    @classmethod
+    def of(cls, scenario: str, condition: str, maps: Sequence[NDArray[np.floating]]) -> GrandAverage:
+        """Return the grand average of subjects' maps, summed in double precision whatever theirs is."""
+        stack = np.stack(maps)
+        unknown = np.full(stack.shape[1:], np.nan)
+        sd = stack.std(axis=0, ddof=1, dtype=float) if len(stack) > 1 else unknown
+        return cls(scenario, condition, len(stack), stack.mean(axis=0, dtype=float), sd)
+
+    @property
+    def error(self) -> Floats:
+        """Standard error of the mean; NaN with one subject."""
+        return self.sd / np.sqrt(self.n)
+
+
+@dataclass(frozen=True)
+class GroupContrast:
+    """A contrast over subjects in one scenario.
+
+    Attributes:
+        scenario: ``all``, a scenario, or a stratum's label.
+        name: Of the contrast.
+        plus, minus: The conditions: the first less the second.
+        units: The subjects that have both.
+        result: What came out.
+    """
 
     scenario: str
     name: str
@@ -52,7 +96,7 @@ def summarise(differences: Floats, test: FlipTest | None, *, confidence: float =
     """Return the mean difference, its SD (n - 1), the test and Cohen's dz with its confidence interval.
 
     Args:
-        differences: One map a subject, shape (subjects, ...).
+        differences: One map a subject, ndarray, shape (n_subjects, ...).
         test: The test of these differences; None with one subject.
         confidence: Level of the interval.
     """

@@ -1,7 +1,4 @@
-"""Epochs around onsets: which may be cut, how they are named, and how many of each kind remain (paper §2.5.1).
-
-Continuous signals are channels × samples, epochs are epochs × channels × samples, both in the unit of the caller.
-"""
+"""Epochs around onsets: which may be cut, how they are named, and how many of each kind remain (paper §2.5.1)."""
 
 from __future__ import annotations
 
@@ -79,39 +76,48 @@ def judge(
     marked: Sequence[tuple[int, int]],
     limit: float,
 ) -> np.ndarray:
-    """Return one of :data:`REASONS` a trial, or an empty string where the epoch is good, shape (trials,).
+    """Return one of :data:`REASONS` a trial, or an empty string where the epoch is good: ndarray, shape (n_trials,).
 
     Args:
-        data: Continuous signals.
-        onsets: Sample of each onset, negative where there is none.
+        data: ndarray, shape (n_channels, n_times), any unit.
+        onsets: ndarray, shape (n_trials,), sample of each onset, negative where there is none.
         window: What to cut.
         borders: First samples of new stretches; an epoch may begin at one but not contain it later.
         marked: Bad stretches as (first sample, first sample after).
-        limit: Largest |x| that a good epoch may hold.
+        limit: Largest |x| that a good epoch may hold, in the unit of the data.
     """
     starts = onsets + window.first
     stops = starts + window.length
-    found = np.full(len(onsets), "", dtype=object)
+    reasons = np.full(len(onsets), "", dtype=object)
     edges = np.sort(np.asarray(borders, int))
     crosses = np.searchsorted(edges, starts, side="right") < np.searchsorted(edges, stops, side="left")
     for i, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if onsets[i] < 0:
-            found[i] = "no onset"
+            reasons[i] = "no onset"
         elif start < 0 or stop > data.shape[1]:
-            found[i] = "outside"
+            reasons[i] = "outside"
         elif crosses[i]:
-            found[i] = "boundary"
+            reasons[i] = "boundary"
         elif any(a < stop and start < b for a, b in marked):
-            found[i] = "marked"
+            reasons[i] = "marked"
         else:
             piece = data[:, start:stop]
             if max(piece.max(), -piece.min()) > limit:
-                found[i] = "amplitude"
-    return found
+                reasons[i] = "amplitude"
+    return reasons
 
 
 def cut(data: np.ndarray, onsets: np.ndarray, window: Window) -> np.ndarray:
-    """Return the epochs, shape (onsets, channels, ``window.length``), copied out of the continuous ``data``."""
+    """Return the epochs, copied out of the continuous data.
+
+    Args:
+        data: ndarray, shape (n_channels, n_times), any unit.
+        onsets: ndarray, shape (n_epochs,), sample of each onset.
+        window: What to cut; it must lie inside the data.
+
+    Returns:
+        ndarray, shape (n_epochs, n_channels, n_times of the window), in that unit.
+    """
     epochs = np.empty((len(onsets), len(data), window.length), data.dtype)
     for epoch, onset in zip(epochs, onsets, strict=True):
         epoch[:] = data[:, onset + window.first : onset + window.first + window.length]
@@ -123,6 +129,10 @@ def tally(trials: pd.DataFrame, reasons: np.ndarray) -> pd.DataFrame:
 
     In the study every scenario has all four cases at both positions, also those without a trial; elsewhere the
     scenario is ``all``, the case the event's name and the position ``event``.
+
+    Args:
+        trials: The trial table of the epochs.
+        reasons: ndarray, shape (n_trials,), see :func:`judge`.
     """
     if is_study(trials):
         kinds = [

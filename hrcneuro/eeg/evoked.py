@@ -12,10 +12,13 @@ def subtract_baseline(data: Floats, times: Floats, window_s: tuple[float, float]
     """Return the epochs minus each trial's and channel's own mean within the window, both ends included.
 
     Args:
-        data: Epochs, shape (trials, channels, samples).
-        times: Time of each sample, in seconds.
-        window_s: Start and end of the baseline, in seconds.
+        data: Epochs, ndarray, shape (n_epochs, n_channels, n_times), µV.
+        times: Time of each sample, ndarray, shape (n_times,), s.
+        window_s: Start and end of the baseline, s.
         in_place: Whether to change ``data`` itself; a second copy of all epochs takes memory and time.
+
+    Returns:
+        ndarray, shape (n_epochs, n_channels, n_times), µV; ``data`` where it is changed itself.
 
     Raises:
         ValueError: No sample lies in the window.
@@ -32,11 +35,14 @@ def subtract_baseline(data: Floats, times: Floats, window_s: tuple[float, float]
 
 
 def averages(data: Floats, masks: NDArray[np.bool_]) -> Floats:
-    """Return the mean over the trials of each condition, shape (conditions, channels, samples).
+    """Return the mean over the trials of each condition.
 
     Args:
-        data: Epochs, shape (trials, channels, samples).
-        masks: Which trials belong to which condition, shape (conditions, trials).
+        data: Epochs, ndarray, shape (n_epochs, n_channels, n_times), µV.
+        masks: Which trials belong to which condition, ndarray, shape (n_conditions, n_epochs).
+
+    Returns:
+        ndarray, shape (n_conditions, n_channels, n_times), µV.
 
     Raises:
         ValueError: A condition has no trial.
@@ -48,10 +54,34 @@ def averages(data: Floats, masks: NDArray[np.bool_]) -> Floats:
     return sums.reshape(-1, *data.shape[1:]) / counts[:, None, None]
 
 
+def standard_errors(data: Floats, masks: NDArray[np.bool_], means: Floats) -> Floats:
+    """Return the standard error of each mean that :func:`averages` gave; NaN where a condition has one trial.
+
+    Args:
+        data: Epochs, ndarray, shape (n_epochs, n_channels, n_times), µV.
+        masks: Which trials belong to which condition, ndarray, shape (n_conditions, n_epochs).
+        means: The averages, ndarray, shape (n_conditions, n_channels, n_times), µV.
+
+    Returns:
+        ndarray, shape (n_conditions, n_channels, n_times), µV.
+    """
+    members, counts = masks.astype(float), masks.sum(axis=1)[:, None]
+    errors = np.empty(means.shape)
+    # A channel at a time: squares of all epochs at once would be a second copy of them.
+    for channel, error in enumerate(errors.swapaxes(0, 1)):
+        # Squares of what is nearly centred lose no digits when the mean's square is taken from them.
+        centre = data[:, channel].mean(axis=0)
+        squares = np.square(data[:, channel] - centre)
+        spread = members @ squares - counts * np.square(means[:, channel] - centre)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error[:] = np.where(counts > 1, np.sqrt(spread.clip(min=0) / (counts * (counts - 1))), np.nan)
+    return errors
+
+
 def standard_error(data: Floats) -> Floats:
-    """Return the standard error of the mean over the first axis; zeros where there is only one row."""
+    """Return the standard error of the mean over the first axis; NaN where there is only one row."""
     if len(data) < 2:
-        return np.zeros(data.shape[1:])
+        return np.full(data.shape[1:], np.nan)
     error: Floats = data.std(axis=0, ddof=1) / np.sqrt(len(data))
     return error
 
@@ -64,26 +94,27 @@ def half_interval(error: Floats, freedom: Floats | float, *, confidence: float) 
     return half
 
 
-def difference_interval(first: Floats, second: Floats, *, confidence: float) -> Floats:
-    """Return half the confidence interval of the difference between the means of two sets of trials, shape (samples,).
+def difference_interval(errors: tuple[Floats, Floats], counts: tuple[int, int], *, confidence: float) -> Floats:
+    """Return half the confidence interval of the difference between two means, ndarray, shape (n_times,).
 
-    Their variances need not be equal (Welch 1947, doi:10.1093/biomet/34.1-2.28). Zeros where a set has only one trial.
+    Their variances need not be equal (Welch 1947, doi:10.1093/biomet/34.1-2.28). NaN where a set has only one trial.
 
     Args:
-        first, second: One channel's trials, shape (trials, samples).
+        errors: Standard error of each mean, ndarray, shape (n_times,).
+        counts: Trials of each.
         confidence: Level of the interval.
     """
-    if min(len(first), len(second)) < 2:
-        return np.zeros(first.shape[1:])
-    parts = [standard_error(data) ** 2 for data in (first, second)]
+    if min(counts) < 2:
+        return np.full(errors[0].shape, np.nan)
+    parts = [error**2 for error in errors]
     total = parts[0] + parts[1]
-    weight = parts[0] ** 2 / (len(first) - 1) + parts[1] ** 2 / (len(second) - 1)
+    weight = parts[0] ** 2 / (counts[0] - 1) + parts[1] ** 2 / (counts[1] - 1)
     freedom = np.divide(total**2, weight, out=np.ones_like(total), where=weight > 0)
     return half_interval(np.sqrt(total), freedom, confidence=confidence)
 
 
 def within(times: Floats, start: float, stop: float) -> NDArray[np.bool_]:
-    """Return which samples lie in the closed interval, forgiving rounding of the time axis."""
+    """Return which samples lie in the closed interval, forgiving rounding of the time axis, shape (n_times,)."""
     slack = 1e-6
     inside: NDArray[np.bool_] = (times >= start - slack) & (times <= stop + slack)
     return inside
@@ -93,11 +124,11 @@ def peak_times(strength: Floats, times: Floats, *, start: float, stop: float, co
     """Return the times of the highest local maxima within an interval, in order of time.
 
     Args:
-        strength: One value a sample, such as the SD over channels.
-        times: Time of each sample, in seconds.
-        start, stop: The interval, in seconds.
+        strength: Such as the SD over channels, ndarray, shape (n_times,).
+        times: Time of each sample, ndarray, shape (n_times,), s.
+        start, stop: The interval, s.
         count: How many times at most; at least one is returned, the highest sample, if there is no local maximum.
-        apart: Smallest distance between two of them, in seconds.
+        apart: Smallest distance between two of them, s.
     """
     inside = np.flatnonzero(within(times, start, stop))
     if not len(inside):

@@ -1,7 +1,4 @@
-"""Band-pass filters: the zero-phase windowed sinc of EEGLAB's firfilt, and a causal chain for live use.
-
-Arrays are channels × samples, in microvolt.
-"""
+"""Band-pass filters: the zero-phase windowed sinc of EEGLAB's firfilt, and a causal chain for live use."""
 
 from __future__ import annotations
 
@@ -12,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hrcneuro.eeg.breaks import segments
-from hrcneuro.errors import ConfigError
+from hrcneuro.eeg.params import TRANSITIONS
+from hrcneuro.eeg.refusals import BandError
 
 # Width of a Hamming window's transition band, in units of the sampling rate divided by the order.
 _HAMMING_WIDTH = 3.3
-TRANSITIONS = ("achieved", "requested")
 _CAUSAL_ORDER = 4
 # Blocks of a few dozen kilosamples stay in the processor's cache; longer transforms only cost time.
 _MIN_BLOCK = 16384
@@ -42,8 +39,13 @@ def design(sfreq: float, l_freq: float, h_freq: float, *, transition: str = "ach
     ``pop_eegfiltnew`` has them where it is given that order, or half the requested one, as where it finds the order
     itself. At 1000 Hz, 1–40 Hz, they are the same. doi:10.1016/j.jneumeth.2014.08.002
 
+    Args:
+        sfreq: Sampling rate, in Hz.
+        l_freq, h_freq: Edges of the pass band, in Hz.
+        transition: ``achieved`` or ``requested``, as above.
+
     Raises:
-        ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+        BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
         ValueError: ``transition`` is neither ``achieved`` nor ``requested``.
     """
     check_band(sfreq, l_freq, h_freq)
@@ -60,41 +62,50 @@ def check_band(sfreq: float, l_freq: float, h_freq: float) -> None:
     """Refuse a pass band that the sampling rate cannot hold.
 
     Raises:
-        ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+        BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
     """
     if not 0 < l_freq < h_freq < sfreq / 2:
-        raise ConfigError(
+        raise BandError(
             f"a pass band of {l_freq:g}–{h_freq:g} Hz does not fit a sampling rate of {sfreq:g} Hz: "
-            f"0 < l_freq < h_freq < {sfreq / 2:g} Hz (Nyquist)",
-            cure=f"set preprocess.l_freq and preprocess.h_freq inside 0–{sfreq / 2:g} Hz",
+            f"0 < lower edge < upper edge < {sfreq / 2:g} Hz (Nyquist)",
+            nyquist=sfreq / 2,
         )
 
 
 def bandpass_taps(sfreq: float, l_freq: float, h_freq: float, *, transition: str = "achieved") -> np.ndarray:
-    """Return the band-pass's taps, shape (order + 1,): the difference of two low-passes.
+    """Return the band-pass's taps, ndarray, shape (order + 1,): the difference of two low-passes.
 
     Each low-pass is a sinc under a Hamming window with unit gain at 0 Hz, as in firfilt, so the band-pass has exactly
     no gain there; a window around the difference of the sincs (``scipy.signal.firwin``) has not.
 
     Raises:
-        ConfigError, ValueError: See :func:`design`.
+        BandError, ValueError: See :func:`design`.
     """
-    made = design(sfreq, l_freq, h_freq, transition=transition)
-    return lowpass_taps(sfreq, made.high, made.order) - lowpass_taps(sfreq, made.low, made.order)
+    band = design(sfreq, l_freq, h_freq, transition=transition)
+    return lowpass_taps(sfreq, band.high, band.order) - lowpass_taps(sfreq, band.low, band.order)
 
 
 def lowpass_taps(sfreq: float, cutoff: float, order: int) -> np.ndarray:
-    """Return a Hamming-windowed sinc with its -6 dB point at ``cutoff`` Hz and unit gain at 0 Hz."""
+    """Return a Hamming-windowed sinc with its -6 dB point at ``cutoff`` Hz and unit gain at 0 Hz.
+
+    Returns:
+        ndarray, shape (order + 1,); ``order`` is even.
+    """
     n = np.arange(-order // 2, order // 2 + 1)
     taps = np.sinc(2 * cutoff / sfreq * n) * np.hamming(order + 1)
     return taps / taps.sum()
 
 
 def zero_phase(data: np.ndarray, taps: np.ndarray, *, borders: Sequence[int] = ()) -> np.ndarray:
-    """Filter ``data`` (channels × samples) in place with a symmetric FIR and undo its delay.
+    """Filter ``data`` in place with a symmetric FIR and undo its delay.
 
     Each stretch between borders is continued by its first and last value, as firfilt does. The convolution is exact
     (overlap-save), a channel at a time, so that memory beside ``data`` stays at one channel.
+
+    Args:
+        data: ndarray, shape (n_channels, n_times), any unit.
+        taps: ndarray, shape (order + 1,), see :func:`bandpass_taps`.
+        borders: First samples of new stretches.
 
     Returns:
         ``data``.
@@ -162,7 +173,7 @@ class CausalFilter:
         """Design the chain; it starts settled on its first sample, so that an offset does not ring.
 
         Raises:
-            ConfigError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
+            BandError: The edges are not 0 < l_freq < h_freq < sfreq / 2.
         """
         from scipy.signal import butter, sosfilt_zi
 
@@ -178,7 +189,14 @@ class CausalFilter:
         self._state = None
 
     def apply(self, chunk: np.ndarray) -> np.ndarray:
-        """Return the next samples filtered, same shape (channels × samples); the state moves on."""
+        """Return the next samples filtered; the state moves on.
+
+        Args:
+            chunk: ndarray, shape (n_channels, n_times), any unit; as many channels in every call.
+
+        Returns:
+            ndarray, shape (n_channels, n_times), in that unit.
+        """
         from scipy.signal import sosfilt
 
         if chunk.shape[1] == 0:
@@ -190,13 +208,19 @@ class CausalFilter:
 
 
 def causal(data: np.ndarray, sfreq: float, l_freq: float, h_freq: float, *, borders: Sequence[int] = ()) -> np.ndarray:
-    """Filter ``data`` (channels × samples) in place with the causal chain, settled anew after every border.
+    """Filter ``data`` in place with the causal chain, settled anew after every border.
+
+    Args:
+        data: ndarray, shape (n_channels, n_times), any unit.
+        sfreq: Sampling rate, in Hz.
+        l_freq, h_freq: Edges of the pass band, in Hz.
+        borders: First samples of new stretches.
 
     Returns:
         ``data``.
 
     Raises:
-        ConfigError: See :class:`CausalFilter`.
+        BandError: See :class:`CausalFilter`.
     """
     chain = CausalFilter(sfreq, l_freq, h_freq)
     for start, stop in segments(borders, data.shape[1]):

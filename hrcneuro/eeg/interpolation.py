@@ -1,13 +1,11 @@
-"""Bad channels from their neighbours by splines on a sphere: as EEGLAB computes them, and as Perrin wrote them.
-
-Positions are points × (x, y, z) in any unit; the sphere's centre is to be taken off before.
-"""
+"""Bad channels from their neighbours by splines on a sphere: as EEGLAB computes them, and as Perrin wrote them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-METHODS = ("eeglab", "perrin")
+from hrcneuro.eeg.params import SPLINES
+
 _STIFFNESS = 4
 _EEGLAB_TERMS, _PERRIN_TERMS = 7, 50
 _PERRIN_LAMBDA = 1e-5
@@ -19,9 +17,12 @@ _SLAB = 1 << 18
 
 
 def sphere_centre(positions: np.ndarray) -> np.ndarray:
-    """Return the centre of the sphere nearest to the electrodes, shape (3,).
+    """Return the centre of the sphere nearest to the electrodes, ndarray, shape (3,), in the positions' unit.
 
     Positions on a sphere around the origin, such as EEGLAB's, keep the origin exactly. Too few positions do too.
+
+    Args:
+        positions: ndarray, shape (n_channels, 3), any unit.
     """
     radii = np.linalg.norm(positions, axis=1)
     if len(positions) < _MIN_POINTS or np.ptp(radii) <= _ON_SPHERE * radii.mean():
@@ -33,26 +34,32 @@ def sphere_centre(positions: np.ndarray) -> np.ndarray:
 
 
 def weights(good: np.ndarray, bad: np.ndarray, *, method: str, smoothing: float = _PERRIN_LAMBDA) -> np.ndarray:
-    """Return the matrix that makes the bad channels from the good ones, shape (bad, good).
+    """Return the matrix that makes the bad channels from the good ones, ndarray, shape (n_bad, n_good).
 
     Args:
-        good: Positions of the good channels, (n, 3), around the sphere's centre.
-        bad: Positions of the bad channels, (m, 3).
+        good: ndarray, shape (n_good, 3), any unit: the good channels' positions, the sphere's centre taken off.
+        bad: ndarray, shape (n_bad, 3), in that unit: the bad channels'.
         method: ``eeglab`` or ``perrin``.
         smoothing: λ of Perrin's splines; the default is MNE's. The smaller, the nearer they pass by the good channels.
 
     Raises:
         ValueError: The method is unknown.
     """
-    if method not in METHODS:
-        raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
+    if method not in SPLINES:
+        raise ValueError(f"method is {method!r}; allowed: {', '.join(SPLINES)}")
     good = good / np.linalg.norm(good, axis=1, keepdims=True)
     bad = bad / np.linalg.norm(bad, axis=1, keepdims=True)
     return _eeglab(good, bad) if method == "eeglab" else _perrin(good, bad, smoothing)
 
 
 def apply(data: np.ndarray, bad: np.ndarray, good: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Replace the bad channels of ``data`` (channels × samples) in place; ``bad`` and ``good`` are indices.
+    """Replace the bad channels of ``data`` in place.
+
+    Args:
+        data: ndarray, shape (n_channels, n_times), any unit.
+        bad: ndarray, shape (n_bad,), rows of the bad channels.
+        good: ndarray, shape (n_good,), rows of the good ones.
+        matrix: ndarray, shape (n_bad, n_good), see :func:`weights`.
 
     Returns:
         ``data``.

@@ -49,7 +49,7 @@ class Wavelets:
 
     @property
     def kernels(self) -> NDArray[np.complex128]:
-        """The kernels, shape (frequencies, 2 half + 1): complex sine times Gaussian, 1 at the centre.
+        """The kernels, shape (n_frequencies, 2 half + 1): complex sine times Gaussian, 1 at the centre.
 
         M. X. Cohen, Analyzing Neural Time Series Data (MIT Press 2014), ch. 12-13; design of s from paper §2.5.3.
         """
@@ -75,10 +75,10 @@ def magnitudes(data: NDArray[np.floating], wavelets: Wavelets, *, step: int = 1)
     Each epoch is padded with zeros by itself, nothing is subtracted, and every ``step``-th sample is kept.
 
     Args:
-        data: Epochs, shape (..., samples).
+        data: Epochs, ndarray, shape (..., n_times).
 
     Returns:
-        Shape (..., frequencies, ceil(samples / step)), in the unit of ``data``.
+        ndarray, shape (..., n_frequencies, ceil(n_times / step)), in the unit of ``data``.
     """
     n_times, half = data.shape[-1], wavelets.half
     length = n_times + 2 * half
@@ -94,11 +94,12 @@ def mean_magnitudes(
     """Return the mean of :func:`magnitudes` over the trials of each condition, one trial in memory at a time.
 
     Args:
-        data: Epochs, shape (trials, channels, samples).
-        masks: Which trials belong to which condition, shape (conditions, trials); a trial may belong to several.
+        data: Epochs, ndarray, shape (n_epochs, n_channels, n_times).
+        masks: Which trials belong to which condition, ndarray, shape (n_conditions, n_epochs); a trial may belong to
+            several.
 
     Returns:
-        Shape (conditions, channels, frequencies, ceil(samples / step)).
+        ndarray, shape (n_conditions, n_channels, n_frequencies, ceil(n_times / step)), in the unit of ``data``.
 
     Raises:
         ValueError: A condition has no trial.
@@ -112,7 +113,7 @@ def mean_magnitudes(
 
 
 def trial_counts(data: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the number of trials a condition.
+    """Return the number of trials a condition, ndarray, shape (n_conditions,).
 
     Raises:
         ValueError: The shapes do not fit, or a condition has no trial.

@@ -186,7 +186,7 @@ def _add_magnitudes(
 
     Args:
         sums: Shape (patterns, wavelets, kept samples, channels).
-        data: Epochs, shape (trials, channels, samples).
+        data: Epochs, ndarray, shape (n_epochs, n_channels, n_times).
         trials: Which trials.
         ids: The pattern of each of them, in rising order.
         plan: What to compute.

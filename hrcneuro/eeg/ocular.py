@@ -1,7 +1,4 @@
-"""Eye movements out of the EEG by regression (Schlögl et al. 2007, doi:10.1016/j.clinph.2006.09.003).
-
-Arrays are channels × samples, in microvolt.
-"""
+"""Eye movements out of the EEG by regression (Schlögl et al. 2007, doi:10.1016/j.clinph.2006.09.003)."""
 
 from __future__ import annotations
 
@@ -15,12 +12,12 @@ def regression_weights(eeg: np.ndarray, eog: np.ndarray) -> tuple[np.ndarray, bo
     """Return how strongly each EOG channel shows in each EEG channel: b = C_NN⁻¹ C_NS of the demeaned signals.
 
     Args:
-        eeg: EEG, channels × samples.
-        eog: EOG, channels × samples, filtered like the EEG.
+        eeg: ndarray, shape (n_eeg, n_times), µV.
+        eog: ndarray, shape (n_eog, n_times), µV, filtered like the EEG.
 
     Returns:
-        weights, shape (EEG channels, EOG channels), and whether the EOG is singular (a flat channel, or one that
-        others make up); the weights are then those of least norm.
+        The weights, ndarray, shape (n_eeg, n_eog), µV per µV, and whether the EOG is singular (a flat channel, or one
+        that others make up); the weights are then those of least norm.
     """
     noise = eog - eog.mean(axis=1, keepdims=True)
     own = noise @ noise.T
@@ -37,9 +34,13 @@ def regression_weights(eeg: np.ndarray, eog: np.ndarray) -> tuple[np.ndarray, bo
 def remove(eeg: np.ndarray, eog: np.ndarray, weights: np.ndarray, *, offset: bool) -> np.ndarray:
     """Subtract the demeaned EOG, weighted, from the EEG in place.
 
-    ``offset`` also subtracts the EEG channel's own mean, as the corrected signal that BIOSIG's ``regress_eog`` returns
-    has it; without it the result is that of MNE's ``EOGRegression``. A band-passed signal's mean is some hundredths
-    of a microvolt.
+    Args:
+        eeg: ndarray, shape (n_eeg, n_times), µV.
+        eog: ndarray, shape (n_eog, n_times), µV.
+        weights: ndarray, shape (n_eeg, n_eog), see :func:`regression_weights`.
+        offset: Also subtract each EEG channel's own mean, as the corrected signal that BIOSIG's ``regress_eog`` returns
+            has it; without it the result is that of MNE's ``EOGRegression``. A band-passed signal's mean is some
+            hundredths of a microvolt.
 
     Returns:
         ``eeg``.

@@ -17,12 +17,13 @@ RIDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class Others:
+class OtherOnsets:
     """Onsets without an epoch, whose responses reach into the epochs of others all the same.
 
-    ``onsets``: sample of each in the recording, shape (onsets,). ``spans``: which part of an epoch around it would lie
-    in the same stretch of the recording, as (first sample, first sample after), shape (onsets, 2): no response goes on
-    behind a discontinuity.
+    Attributes:
+        onsets: Sample of each in the recording, ndarray, shape (n_onsets,).
+        spans: Which part of an epoch around it would lie in the same stretch of the recording, as (first sample, first
+            sample after), ndarray, shape (n_onsets, 2): no response goes on behind a discontinuity.
     """
 
     onsets: NDArray[np.integer]
@@ -33,18 +34,21 @@ def regressed_averages(
     data: NDArray[np.float64],
     onsets: NDArray[np.integer],
     masks: NDArray[np.bool_],
-    others: Others | None = None,
+    others: OtherOnsets | None = None,
 ) -> NDArray[np.float64]:
-    """Return each condition's response without its neighbours', shape (conditions, channels, samples).
+    """Return each condition's response without its neighbours'.
 
     Conditions are fitted together with all others that share no trial with them, plus one class of all other onsets:
     those of the other trials and those without an epoch. The samples fitted are those within any epoch.
 
     Args:
-        data: Epochs without baseline correction, shape (trials, channels, samples).
-        onsets: The sample of each trial's onset in the recording, shape (trials,).
-        masks: Which trials belong to which condition, shape (conditions, trials).
+        data: Epochs without baseline correction, ndarray, shape (n_epochs, n_channels, n_times), µV.
+        onsets: The sample of each trial's onset in the recording, ndarray, shape (n_epochs,).
+        masks: Which trials belong to which condition, ndarray, shape (n_conditions, n_epochs).
         others: The recording's other onsets.
+
+    Returns:
+        ndarray, shape (n_conditions, n_channels, n_times), µV.
 
     Raises:
         ValueError: A condition has no trial, or two trials share an onset.
@@ -75,7 +79,7 @@ def _families(masks: NDArray[np.bool_]) -> list[list[int]]:
 class _Fit:
     """The samples within any epoch, and which sample of which onset's response each of them holds."""
 
-    def __init__(self, data: NDArray[np.float64], onsets: NDArray[np.integer], others: Others | None) -> None:
+    def __init__(self, data: NDArray[np.float64], onsets: NDArray[np.integer], others: OtherOnsets | None) -> None:
         n_times = data.shape[-1]
         reach = np.arange(n_times)
         samples = np.unique(onsets[:, None] + reach)
@@ -90,14 +94,14 @@ class _Fit:
         if others is not None and len(others.onsets):
             sample = others.onsets[:, None] + reach
             row = np.minimum(np.searchsorted(samples, sample), len(samples) - 1)
-            held = (samples[row] == sample) & (reach >= others.spans[:, :1]) & (reach < others.spans[:, 1:])
-            onset, lag = np.nonzero(held)
-            self.row = np.concatenate([self.row, row[held]])
+            inside = (samples[row] == sample) & (reach >= others.spans[:, :1]) & (reach < others.spans[:, 1:])
+            onset, lag = np.nonzero(inside)
+            self.row = np.concatenate([self.row, row[inside]])
             self.onset = np.concatenate([self.onset, self.n_trials + onset])
             self.lag = np.concatenate([self.lag, lag])
 
     def responses(self, classes: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """Return the least-squares responses of classes that share no trial, shape (classes, channels, samples)."""
+        """Return the least-squares responses of classes that share no trial, shape (n_classes, n_channels, n_times)."""
         from scipy import linalg, sparse
 
         rest = len(classes)
@@ -111,5 +115,5 @@ class _Fit:
         # What no fitted sample holds, as parts of the response of onsets far from all epochs, is set to zero.
         normal[diagonal] = np.where(normal[diagonal] > 0, normal[diagonal] * (1 + RIDGE), 1.0)
         solved = linalg.solve(normal, design.T @ self.signal, assume_a="pos", overwrite_a=True, overwrite_b=True)
-        found: NDArray[np.float64] = solved.reshape(-1, self.n_times, solved.shape[1])[:rest].transpose(0, 2, 1)
-        return found
+        fitted: NDArray[np.float64] = solved.reshape(-1, self.n_times, solved.shape[1])[:rest].transpose(0, 2, 1)
+        return fitted

@@ -38,7 +38,7 @@ class FlipTest:
 
 
 def sign_patterns(n: int, rng: np.random.Generator, *, exact_to: int, count: int) -> tuple[Floats, bool]:
-    """Return sign patterns, shape (patterns, n), one of each pair of opposite patterns, and whether they are all.
+    """Return sign patterns, shape (n_patterns, n), one of each pair of opposite patterns, and whether they are all.
 
     The first pattern flips nobody. The opposite half need not be computed: its t maps are the negatives.
 
@@ -49,11 +49,21 @@ def sign_patterns(n: int, rng: np.random.Generator, *, exact_to: int, count: int
         count: Otherwise this number, opposites included.
     """
     if n <= exact_to:
-        bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1) & 1
-        return np.hstack([np.ones((len(bits), 1)), 1.0 - 2.0 * bits]), True
-    signs = rng.choice([-1.0, 1.0], size=(max(count // 2, 1), n))
+        rest = all_signs(n - 1)
+        return np.hstack([np.ones((len(rest), 1)), rest]), True
+    return random_signs(n, rng, count=max(count // 2, 1)), False
+
+
+def all_signs(n: int) -> Floats:
+    """Return every sign pattern of ``n`` subjects, ndarray, shape (2ⁿ, n); the first flips nobody."""
+    return 1.0 - 2.0 * (np.arange(2**n)[:, None] >> np.arange(n) & 1)
+
+
+def random_signs(n: int, rng: np.random.Generator, *, count: int) -> Floats:
+    """Return random sign patterns of ``n`` subjects, ndarray, shape (count, n); the first flips nobody."""
+    signs = rng.choice([-1.0, 1.0], size=(count, n))
     signs[0] = 1
-    return signs, False
+    return signs
 
 
 def t_values(x: Floats) -> Floats:
@@ -62,11 +72,13 @@ def t_values(x: Floats) -> Floats:
 
 
 def extremes_plain(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
-    """Return the smallest and the largest t of the map under each sign pattern: the readable reference.
+    """Return the smallest and the largest t of the map under each sign pattern, shape (n_patterns,) each.
+
+    This is the readable reference of :func:`extremes`.
 
     Args:
-        x: Differences, shape (subjects, ...).
-        signs: Sign patterns, shape (patterns, subjects).
+        x: Differences, ndarray, shape (n_subjects, ...).
+        signs: Sign patterns, ndarray, shape (n_patterns, n_subjects).
     """
     flat = x.reshape(len(x), -1)
     root = np.sqrt(len(x))
@@ -96,7 +108,7 @@ def sign_flip_test(
     maps; its p is twice the smaller tail. That holds the family-wise error at α or below.
 
     Args:
-        x: Differences, shape (subjects, ...), finite.
+        x: Differences, ndarray, shape (n_subjects, ...), finite.
         rng: See :func:`sign_patterns`, as for ``exact_to`` and ``count``.
         alpha: Family-wise error of both tails together.
 
@@ -135,7 +147,7 @@ def cluster_test(
     A point's p is that of its cluster, 1 outside of any.
 
     Args:
-        x: Differences, shape (subjects, ...), finite.
+        x: Differences, ndarray, shape (n_subjects, ...), finite.
         adjacency: Sparse matrix over the points of a map in C order (``mne.stats.combine_adjacency``).
         alpha: Family-wise error.
         cluster_alpha: Two-sided level of the t threshold that forms clusters.
@@ -220,13 +232,13 @@ def _share_extremes(x: Floats, signs: Floats) -> tuple[Floats, Floats]:
     blocks = [slice(start, start + _COLUMNS) for start in range(0, flat.shape[1], _COLUMNS)]
     rough = np.empty((2, len(blocks), len(signs)), np.float32)
     signs_single = signs.astype(np.float32)
-    for found, block in zip(rough.swapaxes(0, 1), blocks, strict=True):
-        found[:] = _of_sums(signs_single, (flat[:, block] * scale[block]).astype(np.float32))
+    for ends, block in zip(rough.swapaxes(0, 1), blocks, strict=True):
+        ends[:] = _of_sums(signs_single, (flat[:, block] * scale[block]).astype(np.float32))
     slack = 2 * (n + 2) * np.finfo(np.float32).eps
     may_hold = (rough[0] <= rough[0].min(axis=0) + slack) | (rough[1] >= rough[1].max(axis=0) - slack)
     lows, highs = np.full(len(signs), np.inf), np.full(len(signs), -np.inf)
-    for block, held in zip(blocks, may_hold, strict=True):
-        rows = np.flatnonzero(held)
+    for block, candidates in zip(blocks, may_hold, strict=True):
+        rows = np.flatnonzero(candidates)
         low, high = _of_sums(signs[rows], flat[:, block] * scale[block])
         lows[rows] = np.minimum(lows[rows], low)
         highs[rows] = np.maximum(highs[rows], high)

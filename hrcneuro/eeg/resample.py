@@ -1,7 +1,4 @@
-"""Polyphase down-sampling on one time grid: sample k of the result lies at k · down / up samples of the source.
-
-Arrays are channels × samples.
-"""
+"""Polyphase down-sampling on one time grid: sample k of the result lies at k · down / up samples of the source."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from hrcneuro.eeg.breaks import segments
-from hrcneuro.errors import ConfigError
+from hrcneuro.eeg.refusals import RateError
 
 # A finer ratio would need a filter of more phases than it is worth: at most this many steps between two samples.
 _MAX_FACTOR = 1000
@@ -42,7 +39,14 @@ class Ratio:
         return -(-n_samples * self.up // self.down)
 
     def nearest(self, samples: np.ndarray) -> np.ndarray:
-        """Return the new sample nearest to each old one (½ goes up): at most half a new sample off, without drift."""
+        """Return the new sample nearest to each old one (½ goes up): at most half a new sample off, without drift.
+
+        Args:
+            samples: ndarray of integers, any shape.
+
+        Returns:
+            ndarray of integers, of that shape.
+        """
         return (2 * np.asarray(samples, np.int64) * self.up + self.down) // (2 * self.down)
 
     def first(self, sample: int) -> int:
@@ -71,60 +75,62 @@ def common_rate(sources: Sequence[float]) -> int | None:
     Rates count as equal where their grids stay within 10 µs for a second, a hundredth of a sample at 1000 Hz.
     """
     for rate in range(math.floor(min(sources)), 1, -1):
-        made = [ratio(source, rate).sfreq for source in sources]
-        if max(made) - min(made) <= 1e-5 * rate:
+        rates = [ratio(source, rate).sfreq for source in sources]
+        if max(rates) - min(rates) <= 1e-5 * rate:
             return rate
     return None
 
 
-def antialias_taps(made: Ratio, pass_freq: float) -> np.ndarray:
-    """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``.
+def antialias_taps(ratio: Ratio, pass_freq: float) -> np.ndarray:
+    """Return the low-pass on the grid of ``source · up`` Hz, with gain ``up``: ndarray, shape (n_taps,), n_taps odd.
 
     It keeps 0 … ``pass_freq`` and stops what would fold onto that band, 120 dB each. What lies between may fold among
     itself, above ``pass_freq``: the windowed sinc has taken it away, of the causal low-pass its skirt is left (with a
     pass band up to 40 Hz, at 70 Hz a tenth of the signal, at 250 Hz sampling rate a twenty-fifth).
 
     Raises:
-        ConfigError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
+        RateError: Less than 1 Hz lies between ``pass_freq`` and the frequency that would fold onto it.
     """
-    grid = made.source * made.up
-    width = made.sfreq - 2 * pass_freq
+    grid = ratio.source * ratio.up
+    width = ratio.sfreq - 2 * pass_freq
     if width < _MIN_TRANSITION_HZ:
-        raise ConfigError(
-            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {made.sfreq:g} Hz: the low-pass before "
+        raise RateError(
+            f"a signal up to {pass_freq:g} Hz does not fit a sampling rate of {ratio.sfreq:g} Hz: the low-pass before "
             f"it has {max(width, 0):.2g} Hz to fall in, and needs {_MIN_TRANSITION_HZ:g}",
-            cure=f"set preprocess.sfreq to {math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ)} Hz or more, or lower "
-            "preprocess.h_freq",
+            least=math.ceil(2 * pass_freq + _MIN_TRANSITION_HZ),
         )
     # Kaiser's formulas (Oppenheim & Schafer, Discrete-Time Signal Processing, §7.5.3): this many taps, this window.
     # scipy.signal has them too, but takes half a second to import.
     n_taps = math.ceil((_ATTENUATION_DB - 7.95) / (2.285 * 2 * math.pi * width / grid) + 1) | 1
     beta = 0.1102 * (_ATTENUATION_DB - 8.7)
     at = np.arange(n_taps) - n_taps // 2
-    taps = np.sinc(made.sfreq / grid * at) * np.kaiser(n_taps, beta)
-    return taps * (made.up / taps.sum())
+    taps = np.sinc(ratio.sfreq / grid * at) * np.kaiser(n_taps, beta)
+    return taps * (ratio.up / taps.sum())
 
 
-def resample(data: np.ndarray, made: Ratio, *, pass_freq: float, borders: Sequence[int] = ()) -> np.ndarray:
+def resample(data: np.ndarray, ratio: Ratio, *, pass_freq: float, borders: Sequence[int] = ()) -> np.ndarray:
     """Return ``data`` at the new rate, as a view into ``data``'s own memory (its old content is lost).
 
     Stretches between borders do not mix: each is continued by its own point reflection at its ends, which keeps level
     and slope. The grid goes on across borders, so that no event drifts.
 
     Args:
-        data: channels × samples at ``made.source`` Hz.
-        made: The ratio.
+        data: ndarray, shape (n_channels, n_times), any unit, at ``ratio.source`` Hz.
+        ratio: Of the new rate to the old one.
         pass_freq: Highest frequency to keep, in Hz.
         borders: First samples of new stretches.
 
+    Returns:
+        ndarray, shape (n_channels, ``ratio.length(n_times)``), in that unit.
+
     Raises:
-        ConfigError: See :func:`antialias_taps`.
+        RateError: See :func:`antialias_taps`.
     """
-    if made.up == made.down:
+    if ratio.up == ratio.down:
         return data
-    taps = antialias_taps(made, pass_freq)
-    n_new = made.length(data.shape[1])
-    plans = [_Stretch(a, b, made, taps) for a, b in segments(borders, data.shape[1])]
+    taps = antialias_taps(ratio, pass_freq)
+    n_new = ratio.length(data.shape[1])
+    plans = [_Stretch(a, b, ratio, taps) for a, b in segments(borders, data.shape[1])]
     for channel in data:
         for plan in plans:
             channel[plan.new_start : plan.new_stop] = plan.apply(channel)
@@ -138,21 +144,21 @@ class _Stretch:
     repetition, in it the old samples around the run, times the taps that each new sample has for them.
     """
 
-    def __init__(self, start: int, stop: int, made: Ratio, taps: np.ndarray) -> None:
+    def __init__(self, start: int, stop: int, ratio: Ratio, taps: np.ndarray) -> None:
         self.start, self.stop = start, stop
-        self.new_start, self.new_stop = made.first(start), made.first(stop)
+        self.new_start, self.new_stop = ratio.first(start), ratio.first(stop)
         half = len(taps) // 2
-        self.pad = math.ceil(half / made.up)
-        turns = -(-_RUN // made.up)
-        self.new_step, self.old_step = turns * made.up, turns * made.down
+        self.pad = math.ceil(half / ratio.up)
+        turns = -(-_RUN // ratio.up)
+        self.new_step, self.old_step = turns * ratio.up, turns * ratio.down
         self.repetitions = max(0, -(-(self.new_stop - self.new_start) // self.new_step))
         # (the run's new samples, counted from new_start; its first old one, counted from the padding's; weights)
         self.runs: list[tuple[slice, int, np.ndarray]] = []
         for first in range(0, self.new_step, _RUN):
             last = min(first + _RUN, self.new_step)
-            fine = (self.new_start + np.arange(first, last)) * made.down  # on the grid of source · up
-            low, high = -(-(int(fine[0]) - half) // made.up), (int(fine[-1]) + half) // made.up
-            tap = fine - made.up * np.arange(low, high + 1)[:, None] + half
+            fine = (self.new_start + np.arange(first, last)) * ratio.down  # on the grid of source · up
+            low, high = -(-(int(fine[0]) - half) // ratio.up), (int(fine[-1]) + half) // ratio.up
+            tap = fine - ratio.up * np.arange(low, high + 1)[:, None] + half
             reached = (tap >= 0) & (tap < len(taps))
             weights = np.where(reached, taps[np.where(reached, tap, 0)], 0.0)
             self.runs.append((slice(first, last), low - start + self.pad, weights))

@@ -10,8 +10,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hrcneuro.errors import ConfigError, did_you_mean
-
 if TYPE_CHECKING:
     import mne
 
@@ -23,8 +21,14 @@ ALL = "all"
 
 
 @dataclass(frozen=True)
-class Cell:
-    """The trials of one condition in one scenario."""
+class TrialSet:
+    """The trials of one condition in one scenario, or in one stratum of it.
+
+    Attributes:
+        scenario: ``all``, a value of the column that splits the trials, or a stratum's label.
+        condition: Name of the condition.
+        mask: Which trials it holds, ndarray, shape (n_epochs,).
+    """
 
     scenario: str
     condition: str
@@ -37,23 +41,31 @@ class Cell:
 
     @property
     def label(self) -> str:
-        """The cell's name in files: ``all/RH_before``."""
+        """The set's name in files: ``all/RH_before``."""
         return f"{self.scenario}/{self.condition}"
 
 
 @dataclass(frozen=True)
-class Trials:
-    """A subject's epochs in microvolt, shape (trials, channels, samples), with the trial table."""
+class LabelledEpochs:
+    """A subject's epochs with the trial table that says what each of them is.
 
-    data: NDArray[Any]  # floating point of the precision that was asked for
-    onsets: NDArray[np.integer]  # samples in the continuous recording
+    Attributes:
+        data: ndarray, shape (n_epochs, n_channels, n_times), µV; floating point of the precision that was asked for.
+        onsets: Sample of each onset in the continuous recording, ndarray, shape (n_epochs,).
+        times: Time of each sample from the onset, ndarray, shape (n_times,), s.
+        info: The channels.
+        table: One row an epoch.
+    """
+
+    data: NDArray[Any]
+    onsets: NDArray[np.integer]
     times: NDArray[np.float64]
     info: mne.Info
     table: pd.DataFrame
 
 
-def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "") -> list[Cell]:
-    """Return a cell a scenario and condition, empty ones included, scenario ``all`` first.
+def trial_sets(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "") -> list[TrialSet]:
+    """Return a set a scenario and condition, empty ones included, scenario ``all`` first.
 
     Args:
         trials: The trial table, one row an epoch.
@@ -61,19 +73,29 @@ def cells(trials: pd.DataFrame, conditions: Mapping[str, str], *, split: str = "
         split: The column whose values are the other scenarios; without any value there is only ``all``.
 
     Raises:
-        ConfigError: A query or the split names no column, or a query is no condition.
+        ValueError: A query or the split names no column, or a query is no condition.
     """
-    everyone = (ALL, np.ones(len(trials), bool))
-    members = matching(trials, conditions)
-    return [
-        Cell(scenario, name, mask & inside)
-        for scenario, inside in [everyone, *scenarios(trials, split)]
-        for name, mask in members.items()
-    ]
+    return crossed(matching(trials, conditions), scenarios(trials, split))
+
+
+def crossed(
+    members: Mapping[str, NDArray[np.bool_]], scenarios: Sequence[tuple[str, NDArray[np.bool_]]]
+) -> list[TrialSet]:
+    """Return a set of each condition among all trials, then among those of each scenario.
+
+    Args:
+        members: What :func:`matching` returned.
+        scenarios: What :func:`scenarios` returned.
+    """
+    every = [TrialSet(ALL, name, mask) for name, mask in members.items()]
+    return every + [TrialSet(place, name, mask & here) for place, here in scenarios for name, mask in members.items()]
 
 
 def matching(trials: pd.DataFrame, conditions: Mapping[str, str]) -> dict[str, NDArray[np.bool_]]:
-    """Return which trials belong to each condition; arguments and errors as for :func:`cells`."""
+    """Return condition -> which trials belong to it, ndarray, shape (n_epochs,).
+
+    Arguments and errors are those of :func:`trial_sets`.
+    """
     table = _with_booleans(trials)
     return {name: _matching(table, name, query) for name, query in conditions.items()}
 
@@ -82,15 +104,12 @@ def scenarios(trials: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bo
     """Return each value of the column ``split``, sorted, and which trials have it; none where ``split`` is empty.
 
     Raises:
-        ConfigError: The split names no column.
+        ValueError: The split names no column.
     """
     if not split:
         return []
     if split not in trials:
-        raise ConfigError(
-            f"study.split = {split!r} is no column of the trial table{did_you_mean(split, map(str, trials.columns))}",
-            cure=f"use one of {', '.join(map(str, trials.columns))}, or leave it empty",
-        )
+        raise ValueError(f"{split!r} is no column of the trial table")
     column = trials[split]
     values = sorted(column.dropna().unique(), key=str)
     return [(str(value), (column == value).to_numpy(bool)) for value in values]
@@ -98,45 +117,50 @@ def scenarios(trials: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bo
 
 def strata(
     trials: pd.DataFrame,
-    found: Sequence[Cell],
+    sets: Sequence[TrialSet],
     columns: Iterable[str],
     pairs: Iterable[tuple[str, ...]],
     *,
     at_least: int,
-) -> list[Cell]:
-    """Return the cells of pairs of conditions among the trials with one value of a column: of each, or of neither.
+) -> list[TrialSet]:
+    """Return the sets of pairs of conditions among the trials with one value of a column: of each, or of neither.
 
     A stratum's scenario is ``iC, prev_error yes``. Where the trials are split into scenarios, those are stratified, not
     all trials together. A column without two values among a pair's trials is no stratification of it.
 
     Args:
         trials: The trial table, one row an epoch.
-        found: What :func:`cells` returned.
-        columns: Columns of the table; those that it lacks, or that hold nothing, give no cell.
+        sets: What :func:`trial_sets` returned.
+        columns: Columns of the table; those that it lacks, or that hold nothing, give no set.
         pairs: Names of two conditions that are compared.
         at_least: Trials that each of the two must have.
     """
-    by_key = {(cell.scenario, cell.condition): cell.mask for cell in found}
-    scenarios = list(dict.fromkeys(cell.scenario for cell in found))
-    made: dict[str, Cell] = {}
-    for scenario in [s for s in scenarios if s != ALL] or scenarios:
+    masks_of = {(one.scenario, one.condition): one.mask for one in sets}
+    names = list(dict.fromkeys(one.scenario for one in sets))
+    made: dict[str, TrialSet] = {}
+    for scenario in [s for s in names if s != ALL] or names:
         for column in columns:
             values = trials[column] if column in trials else pd.Series([None] * len(trials), dtype=object)
             for pair in pairs:
-                masks = [by_key.get((scenario, name), np.zeros(len(trials), bool)) for name in pair]
+                masks = [masks_of.get((scenario, name), np.zeros(len(trials), bool)) for name in pair]
                 inside = np.logical_or.reduce(masks)
                 levels = sorted(values[inside].dropna().unique(), key=str)
                 for level in levels if len(levels) > 1 else []:
                     here = (values == level).to_numpy(bool)
-                    place = f"{scenario}, {column} {_level(level)}"
-                    parts = [Cell(place, name, mask & here) for name, mask in zip(pair, masks, strict=True)]
+                    place = stratum_label(scenario, f"{column} {_level(level)}")
+                    parts = [TrialSet(place, name, mask & here) for name, mask in zip(pair, masks, strict=True)]
                     if min(part.n for part in parts) >= at_least:
                         made |= {part.label: part for part in parts}
-    return sorted(made.values(), key=lambda cell: cell.scenario)
+    return sorted(made.values(), key=lambda one: one.scenario)
+
+
+def stratum_label(scenario: str, stratum: str | None) -> str:
+    """Return the label of a scenario's stratum, ``iC, prev_error yes``; the scenario itself without one."""
+    return f"{scenario}, {stratum}" if stratum else scenario
 
 
 def split_label(scenario: str) -> tuple[str, str | None]:
-    """Return the scenario and the stratum of a stratum's label: ``iC, prev_error yes``."""
+    """Return the scenario and the stratum of what :func:`stratum_label` made; None where it is a whole scenario."""
     plain, _, stratum = scenario.partition(", ")
     return plain, stratum or None
 
@@ -169,21 +193,15 @@ def _with_booleans(trials: pd.DataFrame) -> pd.DataFrame:
         if column.dtype == object and str(name) not in empty and all(isinstance(v, bool) for v in column.dropna())
     }
     flags |= empty & FLAGS
-    told = {name: trials[name].map(lambda v: v is True or v is np.True_).astype(bool) for name in flags}
-    return trials.assign(**told, **dict.fromkeys(empty - FLAGS, np.nan))
+    booleans = {name: trials[name].map(lambda v: v is True or v is np.True_).astype(bool) for name in flags}
+    return trials.assign(**booleans, **dict.fromkeys(empty - FLAGS, np.nan))
 
 
 def _matching(table: pd.DataFrame, name: str, query: str) -> NDArray[np.bool_]:
     try:
         result = np.asarray(table.eval(query, engine="python"))
     except Exception as error:  # pandas raises whatever the expression leads it to
-        raise ConfigError(
-            f"conditions.{name} = {query!r} cannot be evaluated on the trial table: {error}",
-            cure=f"use its columns: {', '.join(map(str, table.columns))}",
-        ) from error
+        raise ValueError(f"{name} = {query!r} cannot be evaluated on the trial table: {error}") from error
     if result.dtype != bool or result.shape != (len(table),):
-        raise ConfigError(
-            f"conditions.{name} = {query!r} gives {result.dtype} values, not true or false a trial",
-            cure="write a comparison, such as \"event == 'square'\"",
-        )
+        raise ValueError(f"{name} = {query!r} gives {result.dtype} values, not true or false a trial")
     return result

@@ -89,16 +89,16 @@ def write_dataset(folder: Path, *, study: str, source: str) -> None:
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
     simulated = "" if source in ("dataset", "file") else f" ({source} data)"
-    told = _SOURCES[source]
+    origin = _SOURCES[source]
     _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
-    _text(folder / "README.md", f"# {study}\n\n{told}\n\n{_README}")
+    _text(folder / "README.md", f"# {study}\n\n{origin}\n\n{_README}")
     derived = folder / CLEAN
     _json(
         derived / "dataset_description.json",
         {"Name": f"{study}{simulated}: hrcneuro's derivatives", "DatasetType": "derivative", **about},
     )
-    _text(derived / "README.md", f"# {study}: derivatives\n\n{told}\n\n{_DERIVED}")
-    _text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{told}\n\n{_EPOCHS}")
+    _text(derived / "README.md", f"# {study}: derivatives\n\n{origin}\n\n{_DERIVED}")
+    _text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{origin}\n\n{_EPOCHS}")
 
 
 def write_subject(
@@ -185,7 +185,7 @@ def _describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> N
     """Write events.tsv: the trial table, and the recording's other annotations, in order of time."""
     import pandas as pd
 
-    from hrcneuro.sources.trials import TRIALS
+    from hrcneuro.tables.trials import TRIALS
 
     known = trials[trials["onset_sample"].notna()]
     own = [c for c in TRIALS.columns if c not in ("subject", "event", "onset_s", "onset_sample")]
@@ -241,8 +241,8 @@ def _describe_clean(base: Path, *, reference: str) -> None:
     named = [base.with_name(f"{stem}_eeg.{kind}") for kind in ("vhdr", "vmrk")]
     for path in (*named, subject / f"{subject.name}_scans.tsv"):
         path.write_text(path.read_text(encoding="utf-8").replace(f"{base.name}_eeg", f"{stem}_eeg"), encoding="utf-8")
-    told = "filtered, eye movements removed, bad channels repaired, re-referenced, down-sampled by hrcneuro"
-    _amend(base.with_name(stem), EEGReference=reference, Description=told)
+    done = "filtered, eye movements removed, bad channels repaired, re-referenced, down-sampled by hrcneuro"
+    _amend(base.with_name(stem), EEGReference=reference, Description=done)
 
 
 @contextmanager

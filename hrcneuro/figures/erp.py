@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import mne
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -17,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
-from hrcneuro.figures.topomap import Map, Scalp
+from hrcneuro.figures.topomap import Scalp, Topography
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +29,14 @@ _MAPS = 4
 
 @dataclass(frozen=True)
 class Trace:
-    """A waveform with its standard error, shape (samples,) each, in microvolt."""
+    """A waveform.
+
+    Attributes:
+        label: For the legend.
+        mean, error: The wave, and how far the band around it reaches to either side; each ndarray, shape (n_times,),
+            µV. No band is drawn where the error is NaN.
+        colour: Of both.
+    """
 
     label: str
     mean: Floats
@@ -40,20 +46,29 @@ class Trace:
 
 @dataclass(frozen=True)
 class Panel:
-    """One plot: waveforms of a channel, spans in which they differ, maps above, the waveforms' difference below."""
+    """One plot: waveforms of a channel, spans in which they differ, maps above, the waveforms' difference below.
+
+    Attributes:
+        title: Above it.
+        traces: The waveforms.
+        maps: The maps.
+        significant: When they differ, ndarray, shape (n_times,); None without a test.
+        background: All channels, drawn thin behind, ndarray, shape (n_channels, n_times), µV.
+        difference: Drawn below, where there is one.
+    """
 
     title: str
     traces: Sequence[Trace]
-    maps: Sequence[Map]
+    maps: Sequence[Topography]
     significant: NDArray[np.bool_] | None = None
-    background: Floats | None = None  # all channels, drawn thin behind
+    background: Floats | None = None
     difference: Trace | None = None
 
 
 def draw(
     panels: Sequence[Panel],
     times: Floats,
-    info: mne.Info,
+    positions: Floats,
     path: Path,
     *,
     channel: str,
@@ -64,17 +79,17 @@ def draw(
 
     Args:
         panels: In reading order.
-        times: Time of each sample, in seconds.
-        info: The maps' channels.
+        times: Time of each sample, ndarray, shape (n_times,), s.
+        positions: Of the maps' channels in head coordinates, ndarray, shape (n_channels, 3), m; NaN where unknown.
         path: The PNG file; the PDF lies beside it.
         channel: Whose waveforms the panels show.
-        gap_s: The shortest time to the next onset, NaN if unknown: what lies beyond is shaded.
+        gap_s: The shortest time to the next onset, s, NaN if unknown: what lies beyond is shaded.
         note: A line below the picture.
     """
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     below = _BELOW if any(panel.difference for panel in panels) else 0.0
-    scalp = Scalp.of(_positions(info))
+    scalp = Scalp.of(positions)
     limit = _limit([m for p in panels for m in p.maps])
     width, height = _WIDTH * columns + 0.3, (_HEIGHT + below) * rows + _FOOT
     with rc_context(STYLE):
@@ -133,7 +148,7 @@ def _plots(
 def _waveforms(axes: Axes, panel: Panel, traces: Sequence[Trace], times: Floats, gap_s: float) -> None:
     ms = times * 1000
     if panel.significant is not None:
-        for start, stop in _spans(panel.significant):
+        for start, stop in spans(panel.significant):
             half = (ms[1] - ms[0]) / 2
             axes.axvspan(ms[start] - half, ms[stop - 1] + half, color="0.82", lw=0, zorder=0)
     shade_gap(axes, gap_s, times[-1])
@@ -142,7 +157,7 @@ def _waveforms(axes: Axes, panel: Panel, traces: Sequence[Trace], times: Floats,
     if panel.background is not None and traces is panel.traces:
         axes.plot(ms, panel.background.T, color="0.8", lw=0.35, zorder=1.5)
     for trace in traces:
-        if trace.error.any():
+        if np.isfinite(trace.error).any():
             low, high = trace.mean - trace.error, trace.mean + trace.error
             axes.fill_between(ms, low, high, color=trace.colour, alpha=0.18, lw=0, zorder=2)
         axes.plot(ms, trace.mean, color=trace.colour, lw=1.3, label=trace.label, zorder=3)
@@ -158,11 +173,7 @@ def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float, stop_s: float
     legend_below(figure, patches, gap_s, stop_s)
 
 
-def _positions(info: mne.Info) -> Floats:
-    return np.array([channel["loc"][:3] for channel in info["chs"]], float).reshape(-1, 3)
-
-
-def _limit(maps: Sequence[Map]) -> float:
+def _limit(maps: Sequence[Topography]) -> float:
     # One strong electrode should not bleach all maps.
     largest = max((float(np.quantile(np.abs(m.values), 0.98)) for m in maps), default=0.0)
     return largest or 1.0
@@ -172,13 +183,14 @@ def _range(
     traces: Sequence[Trace], backgrounds: Sequence[Floats | None] = (), *, foot: float = 1
 ) -> tuple[float, float]:
     """Return the limits that hold all waveforms, with some room, ``foot`` times as much below as above."""
-    edges = [t.mean + sign * t.error for t in traces for sign in (-1, 1)]
+    edges = [t.mean + sign * np.nan_to_num(t.error) for t in traces for sign in (-1, 1)]
     edges += [one for one in backgrounds if one is not None]
     low, high = min(float(e.min()) for e in edges), max(float(e.max()) for e in edges)
     room = 0.05 * (high - low) or 1.0
     return low - foot * room, high + room
 
 
-def _spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return where a mask, ndarray, shape (n_times,), is true: first sample and first sample after of each stretch."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

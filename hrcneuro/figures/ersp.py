@@ -14,104 +14,122 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hrcneuro.eeg.contrasts import Tested
 from hrcneuro.eeg.selection import ALL
+from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
 
-Floats = NDArray[np.floating]
+Maps = NDArray[np.floating]
+Floats = NDArray[np.float64]
+Key = tuple[str, str]
+"""Scenario, and condition or contrast."""
 
 # How much of the colour is left where a difference is not significant.
 _FADED = 0.35
 
 
 @dataclass(frozen=True)
-class Row:
-    """A row of maps, each channels × frequencies × times."""
+class MapRow:
+    """A row of maps.
+
+    Attributes:
+        title: Above the first.
+        values: ndarray, shape (n_channels, n_frequencies, n_times).
+        significant: The same shape; None without a test.
+    """
 
     title: str
-    values: Floats
+    values: Maps
     significant: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True)
-class Drawing:
-    """Draws maps of some channels.
+class Shown:
+    """What all maps share.
 
     Attributes:
-        axes: ``channel``, ``frequency_hz`` and ``times``, each with its labels.
-        shown: The channels to draw.
-        gap_s: The shortest time to the next onset, NaN if unknown.
+        channels: Names of a row's maps.
+        frequencies: ndarray, shape (n_frequencies,), Hz.
+        times: ndarray, shape (n_times,), s.
+        gap_s: The shortest time to the next onset, s; NaN if unknown.
     """
 
-    axes: Mapping[str, Any]
-    shown: Sequence[str]
+    channels: Sequence[str]
+    frequencies: Floats
+    times: Floats
     gap_s: float
 
-    def subject(
-        self, maps: Mapping[tuple[str, str], Floats], contrasts: Mapping[str, Sequence[str]], path: Path, *, unit: str
-    ) -> None:
-        """Draw the differences of one subject, or, without a contrast, each condition over its mean in time."""
-        rows = [
-            Row(name, maps[ALL, plus] - maps[ALL, minus])
-            for name, (plus, minus) in contrasts.items()
-            if (ALL, plus) in maps and (ALL, minus) in maps
-        ]
-        if rows:
-            self._draw(rows, path, unit="µV", note=f"{unit}; differences of mean magnitudes")
-            return
-        rows = [
-            Row(condition, 100 * (value / value.mean(axis=-1, keepdims=True) - 1))
-            for (scenario, condition), value in maps.items()
-            if scenario == ALL
-        ]
-        self._draw(rows, path, unit="%", note=f"{unit}; mean magnitude over its mean in time")
 
-    def group(self, tested: Sequence[Tested], path: Path, *, test: str) -> None:
-        """Draw tested contrasts over subjects, each with its number of subjects; nothing where there is none."""
-        rows = [
-            Row(
-                f"{t.name if t.scenario == ALL else f'{t.scenario}: {t.name}'}, n = {t.result.n}",
-                t.result.difference,
-                None if t.result.test is None else t.result.test.significant,
-            )
-            for t in tested
-        ]
-        if rows:
-            self._draw(
-                rows,
-                path,
-                unit="µV",
-                note=f"full colour: {test}" if any(t.result.test is not None for t in tested) else test,
-            )
+def of_subject(maps: Mapping[Key, Maps], contrasts: Mapping[str, Sequence[str]]) -> tuple[list[MapRow], str]:
+    """Return the rows of one subject and their unit: differences, or, without a contrast, conditions.
 
-    def _draw(self, rows: Sequence[Row], path: Path, *, unit: str, note: str) -> None:
-        picked = [list(self.axes["channel"]).index(name) for name in self.shown]
-        limit = float(np.quantile(np.abs([row.values[picked] for row in rows]), 0.995)) or 1.0
-        with rc_context(STYLE):
-            width, height = 2.1 * len(picked) + 1.5, 1.35 * len(rows) + 1.2
-            figure = Figure(figsize=(width, height))
-            left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.35 / height, 0.85 / height
-            between = 0.36 / height
-            pitch = (top - bottom + between) / len(rows)
-            strip = _Strip(np.asarray(self.axes["times"]) * 1000, np.asarray(self.axes["frequency_hz"]), len(picked))
-            for i, row in enumerate(rows):
-                lowest = top - (i + 1) * pitch + between
-                axes = figure.add_axes((left, lowest, right - left, pitch - between))
-                image = strip.draw(axes, row, picked, limit)
-                strip.shade(axes, self.gap_s)
-                axes.set_ylabel("frequency (Hz)")
-                titles = [f"{row.title}   {self.shown[0]}", *self.shown[1:]]
-                strip.label(axes, titles, times=i == len(rows) - 1)
-            span = min(1.6 / height, 0.8)
-            bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
-            bar.ax.tick_params(labelsize=6, length=2)
-            bar.ax.set_title(unit, fontsize=7, pad=4)
-            if bar.solids is not None:
-                bar.solids.set_alpha(1)
-            bar.outline.set_linewidth(0.4)
-            figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
-            legend_below(figure, [], self.gap_s, float(self.axes["times"][-1]))
-            save(figure, path)
+    Args:
+        maps: (scenario, condition) -> the shown channels' maps, ndarray, shape (n_channels, n_frequencies, n_times).
+        contrasts: Name -> [plus, minus], names of conditions.
+    """
+    rows = [
+        MapRow(name, np.subtract(maps[ALL, plus], maps[ALL, minus], dtype=float))
+        for name, (plus, minus) in contrasts.items()
+        if (ALL, plus) in maps and (ALL, minus) in maps
+    ]
+    if rows:
+        return rows, "µV"
+    rows = [
+        MapRow(condition, 100 * (value / value.mean(axis=-1, keepdims=True, dtype=float) - 1))
+        for (scenario, condition), value in maps.items()
+        if scenario == ALL
+    ]
+    return rows, "%"
+
+
+def of_group(tested: Mapping[Key, SignificanceMap]) -> list[MapRow]:
+    """Return a row a tested contrast of the shown channels, each with its number of subjects."""
+    return [
+        MapRow(
+            f"{name if scenario == ALL else f'{scenario}: {name}'}, n = {one.n}",
+            one.difference,
+            one.significant if one.tested else None,
+        )
+        for (scenario, name), one in tested.items()
+    ]
+
+
+def draw(rows: Sequence[MapRow], shown: Shown, path: Path, *, unit: str, note: str) -> None:
+    """Write rows of maps as one picture.
+
+    Args:
+        rows: From top to bottom.
+        shown: Channels, axes, and where the next onset may fall.
+        path: The PNG file; the PDF lies beside it.
+        unit: Of the values.
+        note: A line below the picture.
+    """
+    limit = float(np.quantile(np.abs([row.values for row in rows]), 0.995)) or 1.0
+    count = len(shown.channels)
+    with rc_context(STYLE):
+        width, height = 2.1 * count + 1.5, 1.35 * len(rows) + 1.2
+        figure = Figure(figsize=(width, height))
+        left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.35 / height, 0.85 / height
+        between = 0.36 / height
+        pitch = (top - bottom + between) / len(rows)
+        strip = _Strip(np.asarray(shown.times) * 1000, np.asarray(shown.frequencies), count)
+        for i, row in enumerate(rows):
+            lowest = top - (i + 1) * pitch + between
+            axes = figure.add_axes((left, lowest, right - left, pitch - between))
+            image = strip.draw(axes, row, limit)
+            strip.shade(axes, shown.gap_s)
+            axes.set_ylabel("frequency (Hz)")
+            titles = [f"{row.title}   {shown.channels[0]}", *shown.channels[1:]]
+            strip.label(axes, titles, times=i == len(rows) - 1)
+        span = min(1.6 / height, 0.8)
+        bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
+        bar.ax.tick_params(labelsize=6, length=2)
+        bar.ax.set_title(unit, fontsize=7, pad=4)
+        if bar.solids is not None:
+            bar.solids.set_alpha(1)
+        bar.outline.set_linewidth(0.4)
+        figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
+        legend_below(figure, [], shown.gap_s, float(shown.times[-1]))
+        save(figure, path)
 
 
 @dataclass(frozen=True)
@@ -140,9 +158,9 @@ class _Strip:
         """From one map to the next."""
         return (len(self.times) + self.gap) * self.step
 
-    def draw(self, axes: Axes, row: Row, picked: Sequence[int], limit: float) -> Any:
-        """Draw one row's maps of these channels; return the image."""
-        values = np.ma.masked_invalid(self._joined(row.values[picked], np.nan))
+    def draw(self, axes: Axes, row: MapRow, limit: float) -> Any:
+        """Draw one row's maps; return the image."""
+        values = np.ma.masked_invalid(self._joined(row.values, np.nan))
         half = (
             self.step / 2,
             (self.frequencies[-1] - self.frequencies[0]) / max(1, len(self.frequencies) - 1) / 2 or 1,
@@ -151,7 +169,7 @@ class _Strip:
             self.times[0] - half[0], self.times[0] + values.shape[1] * self.step - half[0],
             self.frequencies[0] - half[1], self.frequencies[-1] + half[1],
         )  # fmt: skip
-        mask = None if row.significant is None else self._joined(row.significant[picked], False)
+        mask = None if row.significant is None else self._joined(row.significant, False)
         image = axes.imshow(
             values, cmap="RdBu_r", vmin=-limit, vmax=limit, origin="lower", aspect="auto", interpolation="nearest",
             extent=extent, alpha=1 if mask is None else np.where(mask, 1, _FADED),

@@ -1,8 +1,8 @@
-"""The figures of the stage robot."""
+"""The figures of a session on the arm: where it went and how closely, and how punctual it was."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +15,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hrcneuro.figures.style import BLUE, GREY, PALE, PLACED, VERMILION, save
-from hrcneuro.robot.cell import GRID
-from hrcneuro.robot.measure import Tip
-from hrcneuro.robot.record import APPROACH, Telemetry
-from hrcneuro.robot.session import Done
-from hrcneuro.robot.trajectory import minimum_jerk
-from hrcneuro.robot.workspace import Workspace
+from hrcneuro.paradigm.design import T_F_S
+from hrcneuro.paradigm.grid import SIZE
+from hrcneuro.robot.cell import Cell
+from hrcneuro.robot.minimum_jerk import minimum_jerk
+from hrcneuro.robot.record import APPROACH, PHASES
 
 # mm: what the arm in this process promises at t_f = 0.6 s, and what a controller beyond sockets does.
 LIMIT, LIMIT_SOCKETS, LIMIT_END = 0.8, 2.5, 0.1
@@ -28,43 +27,34 @@ LIMIT, LIMIT_SOCKETS, LIMIT_END = 0.8, 2.5, 0.1
 _ERRORS = ListedColormap(colormaps["viridis_r"](np.linspace(0.15, 1.0, 256)))
 
 
-def robot(
-    done: Sequence[Done],
-    record: Telemetry,
-    tip: Tip,
-    table: pd.DataFrame,
-    workspace: Workspace,
-    path: Path,
-    *,
-    limit: float = LIMIT,
-) -> None:
+def robot(telemetry: pd.DataFrame, moves: pd.DataFrame, cell: Cell, path: Path, *, limit: float = LIMIT) -> None:
     """Draw the tip's path, its error in the course of a move, the moves' errors, and the entry into the radius.
 
     Args:
-        done, record, tip, table: The session: moves, cycles, tool poses, rows of moves.parquet.
-        workspace: Where the tiles are.
-        path: Of the PNG.
+        telemetry: Rows of telemetry.parquet.
+        moves: Rows of moves.parquet.
+        cell: Where the tiles are.
+        path: Of the PNG; the PDF lies beside it.
         limit: Greatest error allowed on the way at t_f = 0.6 s, mm.
     """
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 6.2))
         axes = figure.subplots(2, 2)
-        _path(axes[0, 0], record, tip, table, workspace, figure)
-        _error_course(axes[0, 1], done, record, tip)
-        moved = table[table["max_error_mm"].notna()]
+        moved = moves[moves["max_error_mm"].notna()]
+        _path(axes[0, 0], telemetry, moved, cell, figure)
+        _error_course(axes[0, 1], telemetry, moved)
         _errors(axes[1, 0], moved, limit)
-        _entry(axes[1, 1], moved, workspace)
+        _entry(axes[1, 1], moved, cell)
         save(figure, path)
 
 
-def _path(axes: Axes, record: Telemetry, tip: Tip, table: pd.DataFrame, workspace: Workspace, figure: Figure) -> None:
+def _path(axes: Axes, telemetry: pd.DataFrame, moved: pd.DataFrame, cell: Cell, figure: Figure) -> None:
     _tiles(axes)
-    cell = workspace.cell
-    column = (GRID - 1) / 2 - (tip.position[:, 1] + cell.sideways) / cell.tile
-    row = (-tip.position[:, 0] - cell.near_edge) / cell.tile - 0.5
-    between = record.phase == APPROACH
+    x, y = (telemetry[f"tool_{axis}_m"].to_numpy(float) for axis in "xy")
+    row, column = cell.steps(x, y)
+    between = (telemetry["phase"] == PHASES[APPROACH]).to_numpy()
     axes.plot(np.where(between, column, np.nan), np.where(between, row, np.nan), color=PALE, lw=0.5, zorder=1)
-    ways = table[table["max_error_mm"].notna()].groupby(["start_row", "start_col", "row", "col"])["max_error_mm"].max()
+    ways = moved.groupby(["start_row", "start_col", "row", "col"])["max_error_mm"].max()
     # The two directions of an edge are drawn side by side.
     lines, values = [], []
     for (r0, c0, r1, c1), worst in zip(ways.index.to_list(), ways.to_numpy(), strict=True):
@@ -80,21 +70,21 @@ def _path(axes: Axes, record: Telemetry, tip: Tip, table: pd.DataFrame, workspac
 
 
 def _tiles(axes: Axes) -> None:
-    for r, c in np.ndindex(GRID, GRID):
+    for r, c in np.ndindex(SIZE, SIZE):
         axes.add_patch(Rectangle((c - 0.5, r - 0.5), 1, 1, fill=False, ec=PALE, lw=0.6))
-    axes.set(xlim=(-0.6, GRID - 0.4), ylim=(GRID - 0.4, -0.6), aspect="equal", xticks=range(GRID), yticks=range(GRID))
+    axes.set(xlim=(-0.6, SIZE - 0.4), ylim=(SIZE - 0.4, -0.6), aspect="equal", xticks=range(SIZE), yticks=range(SIZE))
 
 
-def _error_course(axes: Axes, done: Sequence[Done], record: Telemetry, tip: Tip) -> None:
+def _error_course(axes: Axes, telemetry: pd.DataFrame, moved: pd.DataFrame) -> None:
     u = np.linspace(0.0, 1.15, 116)
+    time = telemetry["time_s"].to_numpy(float)
+    tip, reference = (telemetry[[f"{what}_{a}_m" for a in "xyz"]].to_numpy(float) for what in ("tool", "reference"))
+    rows_of = telemetry.groupby("move").indices
     curves = []
-    for one in done:
-        if one.move.dwells or not np.isfinite(one.track.onset):
-            continue
-        rows = slice(one.track.first, one.track.last)
-        off = 1e3 * np.linalg.norm(tip.position[rows] - record.reference[rows], axis=1)
-        share = (record.time[rows] - one.track.onset) / one.move.t_f
-        curves.append(np.interp(u, share, off, right=np.nan))
+    for index, onset, t_f in zip(moved["move"], moved["onset_s"], moved["t_f_s"], strict=True):
+        rows = rows_of[index]
+        off = 1e3 * np.linalg.norm(tip[rows] - reference[rows], axis=1)
+        curves.append(np.interp(u, (time[rows] - onset) / t_f, off, right=np.nan))
     if curves:
         stack = np.array(curves)
         shown = np.isfinite(stack).sum(axis=0) >= max(1, len(stack) // 10)
@@ -120,48 +110,54 @@ def _errors(axes: Axes, moved: pd.DataFrame, limit: float) -> None:
     axes.legend(loc="upper right", ncols=2, columnspacing=1.0)
 
 
-def _entry(axes: Axes, moved: pd.DataFrame, workspace: Workspace) -> None:
+def _entry(axes: Axes, moved: pd.DataFrame, cell: Cell) -> None:
     t_f = moved["t_f_s"].to_numpy(float)
     axes.scatter(t_f, moved["t_2mm_s"], s=4, color=BLUE, lw=0, alpha=0.5, label="measured")
     u = np.linspace(0, 1, 2001)
-    inside = u[np.searchsorted(minimum_jerk(u)[0], 1 - workspace.cell.radius / workspace.cell.tile)]
-    ends = np.array([t_f.min(), t_f.max()]) if len(t_f) and np.ptp(t_f) > 0 else np.array([0.6, 1.2])
+    inside = u[np.searchsorted(minimum_jerk(u)[0], 1 - cell.radius / cell.tile)]
+    ends = np.array([t_f.min(), t_f.max()]) if len(t_f) and np.ptp(t_f) > 0 else np.array(T_F_S)
     axes.plot(ends, inside * ends, color=GREY, lw=0.8, label=f"Eq 2: {inside:.3f} $t_f$")
     axes.plot(ends, ends, color=GREY, lw=0.8, ls=":", label="$t_f$")
-    radius = 1e3 * workspace.cell.radius
+    radius = 1e3 * cell.radius
     axes.set(title=f"D   entry into the {radius:g} mm radius", xlabel="$t_f$ (s)", ylabel="time since the onset (s)")
     axes.legend(loc="upper left")
 
 
-def timing(record: Telemetry, table: pd.DataFrame, spread: Mapping[str, Mapping[str, float]], path: Path) -> None:
+def timing(telemetry: pd.DataFrame, moves: pd.DataFrame, distributions: pd.DataFrame, path: Path) -> None:
     """Draw the distributions of paper § 2.3.4: marker against motion, marker against command, cycles, and the log.
 
     Args:
-        record: Every cycle.
-        table: Rows of moves.parquet.
-        spread: Of :func:`hrcneuro.robot.measure.timing`.
-        path: Of the PNG.
+        telemetry: Rows of telemetry.parquet.
+        moves: Rows of moves.parquet.
+        distributions: Rows of timing.parquet.
+        path: Of the PNG; the PDF lies beside it.
     """
+    names = [str(name) for name in distributions.columns if name != "quantity"]
+    spread = {
+        str(row["quantity"]): {name.removesuffix("_ms"): float(row[name]) for name in names}
+        for row in distributions.to_dict("records")
+    }
+    time = telemetry["time_s"].to_numpy(float)
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 4.8))
         axes = figure.subplots(2, 3)
-        latency = table["trigger_latency_ms"].to_numpy(float)
+        latency = moves["trigger_latency_ms"].to_numpy(float)
         _histogram(axes[0, 0], latency, spread.get("trigger_latency"), "A   onset marked to motion begun")
-        _by_duration(axes[0, 1], table)
-        _after_onset(axes[0, 2], table, spread)
-        period = 1e3 * np.diff(record.time)
+        _by_duration(axes[0, 1], moves)
+        _after_onset(axes[0, 2], moves, spread)
+        period = 1e3 * np.diff(time)
         _histogram(axes[1, 0], period, spread.get("cycle"), "D   control cycle", counts=True)
-        axes[1, 1].plot(record.time[1:] / 60.0, period, ".", color=BLUE, ms=1.5, rasterized=True)
+        axes[1, 1].plot(time[1:] / 60.0, period, ".", color=BLUE, ms=1.5, rasterized=True)
         axes[1, 1].set(title="E   cycles in the session", xlabel="time (min)", ylabel="length (ms)")
         axes[1, 1].set_ylim(min(7.0, axes[1, 1].get_ylim()[0]), max(9.0, axes[1, 1].get_ylim()[1]))
-        behind = table["behind_log_ms"].to_numpy(float)
+        behind = moves["behind_log_ms"].to_numpy(float)
         _histogram(axes[1, 2], behind, spread.get("behind_log"), "F   onset interval less the log's")
         save(figure, path)
 
 
-def _by_duration(axes: Axes, table: pd.DataFrame) -> None:
+def _by_duration(axes: Axes, moves: pd.DataFrame) -> None:
     # A latency that grew with t_f would shift the potentials of slow moves against those of quick ones.
-    known = table[table["trigger_latency_ms"].notna()]
+    known = moves[moves["trigger_latency_ms"].notna()]
     t_f, latency = known["t_f_s"].to_numpy(float), known["trigger_latency_ms"].to_numpy(float)
     axes.scatter(t_f, latency, s=4, color=BLUE, lw=0, alpha=0.5)
     if len(known) > 1 and np.ptp(t_f) > 0:
@@ -174,13 +170,13 @@ def _by_duration(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_ylim(low, high + 0.25 * (high - low))
 
 
-def _after_onset(axes: Axes, table: pd.DataFrame, spread: Mapping[str, Mapping[str, float]]) -> None:
+def _after_onset(axes: Axes, moves: pd.DataFrame, spread: Mapping[str, Mapping[str, float]]) -> None:
     shown = [
         ("marker", BLUE, "-", "marker sent"),
         ("stim", VERMILION, "--", "first sample with it"),
     ]
     for name, colour, line, label in shown:
-        values = np.sort(table[f"{name}_latency_ms"].dropna().to_numpy(float))
+        values = np.sort(moves[f"{name}_latency_ms"].dropna().to_numpy(float))
         if len(values):
             of = spread[f"{name}_latency"]
             text = f"{label}\n{_number(of['mean'])} ± {_number(of['sd'])} ms"
@@ -195,7 +191,7 @@ def _after_onset(axes: Axes, table: pd.DataFrame, spread: Mapping[str, Mapping[s
     axes.set_xlim(min(low, -0.05), max(high, 1.0))
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left")
-    if len(table) and table["marker_latency_ms"].max() == 0.0:
+    if len(moves) and moves["marker_latency_ms"].max() == 0.0:
         axes.text(
             0.5, 0.3, "a virtual clock\nstands still within a cycle", transform=axes.transAxes, ha="center", color=GREY
         )

@@ -34,8 +34,14 @@ _LOWEST = 0.95 * np.pi
 
 
 @dataclass(frozen=True)
-class Map:
-    """A topography at one time, shape (channels,), and which electrodes to mark."""
+class Topography:
+    """The scalp at one time.
+
+    Attributes:
+        time: From the onset, s.
+        values: ndarray, shape (n_channels,), µV.
+        marked: Which electrodes to mark, ndarray, shape (n_channels,).
+    """
 
     time: float
     values: Floats
@@ -44,10 +50,13 @@ class Map:
 
 @dataclass(frozen=True)
 class Scalp:
-    """Electrodes on a disc of radius 1, shape (electrodes, 2), and how to interpolate between them.
+    """Electrodes on a disc of radius 1, and how to interpolate between them.
 
-    ``rows`` are the electrodes' places among the channels; ``matrix`` makes the disc's pixels (rows from the neck to
-    the nose, flattened) of their values.
+    Attributes:
+        rows: The electrodes' places among the channels, ndarray, shape (n_electrodes,).
+        electrodes: Where they lie, ndarray, shape (n_electrodes, 2).
+        matrix: Makes the disc's pixels (rows from the neck to the nose, flattened) of their values, ndarray, shape
+            (n_pixels, n_electrodes).
     """
 
     rows: NDArray[np.intp]
@@ -56,7 +65,7 @@ class Scalp:
 
     @classmethod
     def of(cls, positions: Floats) -> Scalp | None:
-        """Return the disc for channels at these positions, shape (channels, 3); None where too few are known.
+        """Return the disc for channels at these positions, shape (n_channels, 3); None where too few are known.
 
         x points to the right ear, y to the nose, z to the vertex; a position that is not finite or zero is unknown.
         """
@@ -74,7 +83,7 @@ class Scalp:
         """Return the map of the channels' values, shape (pixels, pixels), from the neck to the nose."""
         return (self.matrix @ values[self.rows]).reshape(_PIXELS, _PIXELS)
 
-    def draw(self, axes: Axes, maps: Sequence[Map], limit: float, *, slots: int, bar: bool) -> None:
+    def draw(self, axes: Axes, maps: Sequence[Topography], limit: float, *, slots: int, bar: bool) -> None:
         """Draw maps side by side into empty axes, in the middle of ``slots`` places, with a colour bar if wanted.
 
         Colours reach from ``-limit`` to ``limit``; a map's title is its time.
@@ -111,7 +120,7 @@ class Scalp:
         for drawn in (image, lines):
             drawn.set_clip_path(discs, axes.transData)
 
-    def _marks(self, axes: Axes, maps: Sequence[Map], middles: Floats) -> None:
+    def _marks(self, axes: Axes, maps: Sequence[Topography], middles: Floats) -> None:
         lines = [line + [x, 0] for x in middles for line in _head()]
         axes.add_collection(LineCollection(lines, colors="k", linewidths=0.8, capstyle="round"), autolim=False)
         at = [self.electrodes + [x, 0] for x in middles]

@@ -38,7 +38,7 @@ def write_raw(raw: mne.io.BaseRaw, path: Path) -> None:
 
 
 def read_raw(path: Path, *, preload: bool = False) -> mne.io.BaseRaw:
-    """Return the recording of a ``*_raw.fif`` artifact (channels × samples, volts).
+    """Return the recording of a ``*_raw.fif`` artifact (n_channels, n_times; volts).
 
     Raises:
         DataError: The file is unreadable or its EEG is not in volts.
@@ -53,7 +53,15 @@ def read_raw(path: Path, *, preload: bool = False) -> mne.io.BaseRaw:
 
 
 def read_samples(raw: mne.io.BaseRaw, picks: Sequence[int], scale: float = 1.0) -> NDArray[np.float64]:
-    """Return the samples of a recording that :func:`read_raw` gave: ``scale * raw.get_data(picks)``.
+    """Return samples of a recording that :func:`read_raw` gave, as ``scale * raw.get_data(picks)`` does.
+
+    Args:
+        raw: The recording.
+        picks: Rows of its channels.
+        scale: What the volts are multiplied by.
+
+    Returns:
+        ndarray, shape (len(picks), n_times).
 
     Raises:
         DataError: The file is truncated.
@@ -70,7 +78,7 @@ def write_epochs(epochs: mne.BaseEpochs, path: Path) -> None:
 
 
 def read_epochs(path: Path) -> mne.BaseEpochs:
-    """Return the epochs of a ``*_epo.fif`` artifact (epochs × channels × samples, volts), loaded into memory.
+    """Return the epochs of a ``*_epo.fif`` artifact (n_epochs, n_channels, n_times; volts), loaded into memory.
 
     Raises:
         DataError: The file is unreadable or its EEG is not in volts.
@@ -93,8 +101,8 @@ def read_eeg_epochs(
         dtype: Precision of the samples.
 
     Returns:
-        The epochs (events, times, metadata), the EEG channels' description, and their samples in microvolt, shape
-        (epochs, channels, samples); without an EEG channel that is (epochs, 0, samples).
+        The epochs (events, times, metadata), the EEG channels' description, and their samples, ndarray, shape
+        (n_epochs, n_channels, n_times), µV; without an EEG channel n_channels is 0.
 
     Raises:
         DataError: The file is unreadable or its EEG is not in volts.
@@ -119,7 +127,7 @@ def write_evokeds(evokeds: Sequence[mne.Evoked], path: Path) -> None:
 
 
 def read_evokeds(path: Path) -> list[mne.Evoked]:
-    """Return the averages of a ``*_ave.fif`` artifact (channels × samples, volts).
+    """Return the averages of a ``*_ave.fif`` artifact (n_channels, n_times; volts).
 
     Raises:
         DataError: The file is unreadable.
@@ -137,7 +145,7 @@ def check_volts(data: np.ndarray, name: str, *, low: float = _LOW_V) -> None:
     that are no numbers, and data of which half does not vary, say nothing.
 
     Args:
-        data: … × channels × samples.
+        data: ndarray, shape (..., n_times), V.
         name: What the data are, for the message.
         low: Smallest spread to accept, in volts: :data:`RECORDED_V` for a recording, less for what was filtered.
 

@@ -49,9 +49,9 @@ def tags(file: BinaryIO) -> Iterator[Tag]:
 
 
 def of_raw(raw: mne.io.BaseRaw, picks: Sequence[int], scale: float = 1.0) -> NDArray[np.float64]:
-    """Return the samples of a recording that was just read, channels × samples: ``scale * raw.get_data(picks)``."""
-    found = None if raw.preload or len(raw.filenames) != 1 else _raw_samples(Path(raw.filenames[0]), raw, picks, scale)
-    return scale * raw.get_data(picks=list(picks)) if found is None else found
+    """Return ``scale * raw.get_data(picks)`` of a recording that was just read, shape (len(picks), n_times)."""
+    values = None if raw.preload or len(raw.filenames) != 1 else _raw_samples(Path(raw.filenames[0]), raw, picks, scale)
+    return scale * raw.get_data(picks=list(picks)) if values is None else values
 
 
 def of_epochs(
@@ -66,12 +66,12 @@ def of_epochs(
         dtype: ``float64`` or ``float32``; the products with 10⁶ are rounded to it.
 
     Returns:
-        Shape (epochs, channels, samples).
+        ndarray, shape (n_epochs, len(picks), n_times), µV.
     """
-    found = _epoch_samples(path, epochs, picks, dtype)
-    if found is None:
-        found = (epochs.get_data(picks=list(picks), verbose="error") * 1e6).astype(dtype)
-    return found
+    values = _epoch_samples(path, epochs, picks, dtype)
+    if values is None:
+        values = (epochs.get_data(picks=list(picks), verbose="error") * 1e6).astype(dtype)
+    return values
 
 
 def _raw_samples(path: Path, raw: mne.io.BaseRaw, picks: Sequence[int], scale: float) -> NDArray[np.float64] | None:

@@ -62,13 +62,15 @@ def write_table(data: pd.DataFrame | Mapping[str, Any], path: Path, table: Table
     pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), path, compression="zstd")
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Return a Parquet artifact as a data frame; enumerations come back as plain strings, lists as arrays.
+def read_table(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
+    """Return a Parquet artifact, or some of its columns, as a data frame.
+
+    Enumerations come back as plain strings, lists as arrays.
 
     Raises:
         DataError: The file is missing or unreadable.
     """
-    table = _read(path)
+    table = _read(path, columns)
     plain = [
         table.column(i).cast(pa.string()) if pa.types.is_dictionary(field.type) else table.column(i)
         for i, field in enumerate(table.schema)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-CASES = ("HH", "HR", "RR", "RH")
+from hrcneuro.paradigm.design import CASES
+
 EPISODE = ("practice", "block", "episode")
 """Columns that name an episode of one subject."""
 

@@ -1,6 +1,13 @@
-"""The study's design (paper Table 1): conditions, contrasts and decoding problems, as the defaults of every stage."""
+"""The study's design (paper Table 1, § 2.3.2), as the defaults of every stage; values only."""
+
+T_F_S = (0.6, 1.2)
+"""Shortest and longest duration of a motion from tile to tile, seconds."""
+
+MOVE = "move"
+"""The event of a movement onset, in the trial table and in the recording."""
 
 CASES = ("HH", "HR", "RR", "RH")
+"""The actors of two successive moves: HR is a human's move followed by the robot's."""
 CONDITIONS = {
     **{f"{case}_before": f"condition_before == '{case}'" for case in CASES},
     **{f"{case}_after": f"condition_after == '{case}'" for case in CASES},

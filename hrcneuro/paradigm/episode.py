@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from hrcneuro.errors import ConfigError
 from hrcneuro.paradigm.grid import STEPS, Tile, displacement, move, toward
 from hrcneuro.paradigm.owners import Owners, actor_of
 from hrcneuro.paradigm.partners import Human, Move, robot_plan
 
 MOST_MOVES = 5000
 """An episode that is longer will not end: the longest in the logs has 72 moves."""
+
+
+class EndlessEpisodeError(ValueError):
+    """So many moves go wrong that an episode does not reach its goal."""
 
 
 def play(
@@ -22,7 +25,7 @@ def play(
     replaced by one of the three other directions with ``error_rate``, unless the move before it was replaced.
 
     Raises:
-        ConfigError: So many moves go wrong that the goal is out of reach.
+        EndlessEpisodeError: So many moves go wrong that the goal is out of reach.
     """
     moves: list[Move] = []
     tile, pending = path[0], 1
@@ -39,10 +42,9 @@ def play(
         tile = there
         pending += tile == path[pending]
         if len(moves) == MOST_MOVES:
-            raise ConfigError(
+            raise EndlessEpisodeError(
                 f"an episode did not reach its goal within {MOST_MOVES} moves: error rate {error_rate:g}, "
-                f"wrong keys {human.wrong_key:g}",
-                cure="lower the two; the study has 0.30 and 0.001 to 0.07",
+                f"wrong keys {human.wrong_key:g}"
             )
     return moves
 

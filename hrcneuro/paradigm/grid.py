@@ -8,7 +8,8 @@ SIZE = 7
 INNER = range(1, SIZE - 1)
 """Rows and columns that are not on the border ring."""
 
-Tile = tuple[int, int]
+Tile = tuple[int, int]  # row, column
+CENTRE: Tile = (SIZE // 2, SIZE // 2)
 
 STEPS: dict[str, Tile] = {"N": (-1, 0), "E": (0, 1), "S": (1, 0), "W": (0, -1)}
 OPPOSITE = {"N": "S", "E": "W", "S": "N", "W": "E"}
@@ -75,13 +76,13 @@ def distance(a: Tile, b: Tile) -> int:
 def region(tile: Tile, tiles: Collection[Tile]) -> set[Tile]:
     """Return the tiles that can be reached from ``tile``, one of them, by steps within ``tiles``."""
     todo = set(tiles) - {tile}
-    frontier, found = [tile], {tile}
+    frontier, reached = [tile], {tile}
     while frontier:
         near = todo.intersection(neighbours(frontier.pop()))
         todo -= near
-        found |= near
+        reached |= near
         frontier.extend(near)
-    return found
+    return reached
 
 
 def connected(tiles: Collection[Tile]) -> bool:

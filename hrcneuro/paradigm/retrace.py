@@ -16,11 +16,11 @@ from hrcneuro.paradigm.grid import OPPOSITE, STEPS, Tile, beyond, distance, insi
 from hrcneuro.paradigm.owners import TILES
 from hrcneuro.paradigm.paths import count_turns
 
-_CLOCKWISE = "NESW"
+_CLOCKWISE = "".join(STEPS)
 
 
 @dataclass(frozen=True)
-class Study:
+class RetracedStudy:
     """The moves of all subjects with what was retraced, one row a move, an episode, a block."""
 
     moves: pd.DataFrame
@@ -29,7 +29,7 @@ class Study:
     subjects: int
 
 
-def retrace(tables: Mapping[str, pd.DataFrame]) -> Study:
+def retrace(tables: Mapping[str, pd.DataFrame]) -> RetracedStudy:
     """Return the study retraced from the trial tables of its subjects.
 
     ``moves`` gains before_row and before_col (the tile from which the move started), off_path (the target contradicts
@@ -50,7 +50,7 @@ def retrace(tables: Mapping[str, pd.DataFrame]) -> Study:
         parts.append(owner)
         blocks.append({"subject": subject, "practice": practice, "block": block, "scenario": scenario} | facts)
     moves["owner"] = pd.concat(parts)
-    return Study(moves, episodes, pd.DataFrame(blocks), len(tables))
+    return RetracedStudy(moves, episodes, pd.DataFrame(blocks), len(tables))
 
 
 def _columns(table: pd.DataFrame, *names: str) -> list[list]:
@@ -83,7 +83,7 @@ def _retrace_paths(moves: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
         }
         episodes.append(dict(zip(("subject", *EPISODE), key, strict=True)) | facts)
     order = np.concatenate([part.index for _, part in moves.groupby(["subject", *EPISODE], sort=False)])
-    found = pd.DataFrame(
+    traced = pd.DataFrame(
         {
             "before_row": [tile[0] for tile in before],
             "before_col": [tile[1] for tile in before],
@@ -92,7 +92,7 @@ def _retrace_paths(moves: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
         },
         index=order,
     )
-    return moves.join(found), pd.DataFrame(episodes)
+    return moves.join(traced), pd.DataFrame(episodes)
 
 
 def _follow(targets: list[str], executed: list, ends: list[Tile]) -> tuple[tuple[Tile, ...], list[bool], list[Tile]]:

@@ -12,7 +12,7 @@ from functools import partial
 import pandas as pd
 
 from hrcneuro.paradigm import measures as m
-from hrcneuro.paradigm.retrace import Study, retrace
+from hrcneuro.paradigm.retrace import RetracedStudy, retrace
 
 PAIR_COUNTS = {
     "sC": {"HH": (335, 39), "HR": (62, 8), "RR": (295, 29), "RH": (59, 7)},
@@ -37,7 +37,7 @@ class Rule:
     text: str
     low: float
     high: float
-    measure: Callable[[Study], float]
+    measure: Callable[[RetracedStudy], float]
 
 
 def check_rules(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
@@ -63,11 +63,11 @@ def _limits(rule: Rule) -> str:
     return f"{rule.low:g}" if rule.low == rule.high else f"{rule.low:.4g} … {rule.high:.4g}"
 
 
-def _near(text: str, target: float, tolerance: float, measure: Callable[[Study], float]) -> Rule:
+def _near(text: str, target: float, tolerance: float, measure: Callable[[RetracedStudy], float]) -> Rule:
     return Rule(text, target - tolerance, target + tolerance, measure)
 
 
-def _never(text: str, measure: Callable[[Study], float]) -> Rule:
+def _never(text: str, measure: Callable[[RetracedStudy], float]) -> Rule:
     return Rule(text, 0, 0, measure)
 
 

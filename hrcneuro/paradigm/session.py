@@ -3,36 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from hrcneuro.paradigm.conditions import annotate
+from hrcneuro.paradigm.design import MOVE
 from hrcneuro.paradigm.episode import play
 from hrcneuro.paradigm.owners import draw_areas, draw_directions
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.paradigm.partners import Human, draw_human
 from hrcneuro.paradigm.paths import draw_path
-from hrcneuro.paradigm.timing import TimingParams, assign_onsets
-
-
-@dataclass(frozen=True)
-class SessionParams:
-    """The protocol and the partners; defaults are the study's.
-
-    ``wrong_key_rate`` and ``undo_rate`` None draw the subject's own (0.1 to 7 % of the keys; most errors taken back).
-    A high ``wrong_key_rate`` falls short of its share: see :class:`~hrcneuro.paradigm.partners.Human`.
-    Practice has fewer errors in the logs.
-    """
-
-    practice_episodes: int = 5
-    blocks: int = 12
-    episodes_per_block: int = 13
-    error_rate: float = 0.30
-    practice_error_rate: float = 0.22
-    wrong_key_rate: float | None = None
-    undo_rate: float | None = None
-    timing: TimingParams = field(default_factory=TimingParams)
+from hrcneuro.paradigm.timing import assign_onsets
 
 
 @dataclass(frozen=True)
@@ -54,10 +37,20 @@ def protocol(params: SessionParams) -> Iterator[Block]:
         yield Block(False, number, "iC" if number % 2 else "sC", params.episodes_per_block)
 
 
-def simulate_session(params: SessionParams, *, rng: np.random.Generator) -> pd.DataFrame:
+def simulate_session(
+    params: SessionParams, *, rng: np.random.Generator, timing: TimingParams = TimingParams()
+) -> pd.DataFrame:
     """Return one row a move of a simulated subject: the trial table without subject and onset_sample, with t_f_s.
 
     Owners are drawn anew for each block, paths for each episode.
+
+    Args:
+        params: Protocol and partners.
+        rng: The subject's generator.
+        timing: When moves begin.
+
+    Raises:
+        ValueError: An episode does not reach its goal, or the durations do not fit their range.
     """
     human = _human(params, rng)
     rows = []
@@ -68,9 +61,9 @@ def simulate_session(params: SessionParams, *, rng: np.random.Generator) -> pd.D
         for episode in range(1, block.episodes + 1):
             moves = play(draw_path(rng), owners, human, error_rate=error_rate, rng=rng)
             rows += [where | {"episode": episode} | asdict(move) for move in moves]
-    trials = pd.DataFrame(rows).assign(event="move")
+    trials = pd.DataFrame(rows).assign(event=MOVE)
     trials["executed"] = trials["executed"].astype(object).where(trials["executed"].notna(), None)
-    return annotate(assign_onsets(trials, rng=rng, params=params.timing))
+    return annotate(assign_onsets(trials, rng=rng, params=timing))
 
 
 def _human(params: SessionParams, rng: np.random.Generator) -> Human:

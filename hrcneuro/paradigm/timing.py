@@ -7,38 +7,14 @@ a reaction time, counted from the moment at which keys are accepted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
 from hrcneuro.paradigm.conditions import EPISODE
+from hrcneuro.paradigm.params import TimingParams
 
-START_NEXT = ("at_rest", "in_radius")
 IN_RADIUS = 0.846
 """Share of t_f after which the end-effector stays within 2 mm of the tile's centre."""
-
-
-@dataclass(frozen=True)
-class TimingParams:
-    """Times in seconds; the defaults give the published 876 ± 134 ms (sC) and 872 ± 131 ms (iC) from onset to onset.
-
-    ``t_f`` is drawn anew for every move between ``t_f_min_s`` and ``t_f_max_s``, beta-distributed with ``t_f_mean_s``
-    and ``t_f_sd_s``. One t_f a session, as the paper may also be read, would spread the subjects' means so far that the
-    published standard deviation left nothing to the moves. ``start_next`` is ``at_rest`` or ``in_radius``.
-    """
-
-    t_f_min_s: float = 0.6
-    t_f_max_s: float = 1.2
-    t_f_mean_s: float = 0.82
-    t_f_sd_s: float = 0.12
-    reaction_mean_s: float = 0.23
-    reaction_sd_s: float = 0.07
-    soa_min_s: float = 0.6
-    start_next: str = "at_rest"
-    lead_in_s: float = 5.0
-    pause_s: float = 1.5
-    break_s: float = 8.0
 
 
 def assign_onsets(
@@ -51,6 +27,11 @@ def assign_onsets(
 
     Args:
         trials: One row a move in order, with practice, block, episode and actor.
+        rng: The subject's generator.
+        params: When moves begin.
+
+    Raises:
+        ValueError: No beta distribution between the shortest and the longest motion has this mean and deviation.
     """
     n = len(trials)
     t_f = _travel(n, rng, params)
@@ -73,18 +54,36 @@ def assign_onsets(
     return out
 
 
+def check_travel(params: TimingParams) -> None:
+    """Refuse durations of a motion that do not fit their range.
+
+    Raises:
+        ValueError: No beta distribution between the shortest and the longest motion has this mean and deviation.
+    """
+    low, high = params.t_f_min_s, params.t_f_max_s
+    if high > low and params.t_f_sd_s > 0:
+        _beta(params)
+
+
 def _travel(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+    """Return the duration of each motion, in seconds, shape (n,)."""
     low, high = params.t_f_min_s, params.t_f_max_s
     if high <= low or params.t_f_sd_s == 0:
         return np.full(n, min(max(params.t_f_mean_s, low), high))
+    a, b = _beta(params)
+    return low + (high - low) * rng.beta(a, b, n)
+
+
+def _beta(params: TimingParams) -> tuple[float, float]:
+    """Return the parameters a and b of the motion's duration, as a share of the way from shortest to longest."""
+    low, high = params.t_f_min_s, params.t_f_max_s
     mean, var = (params.t_f_mean_s - low) / (high - low), (params.t_f_sd_s / (high - low)) ** 2
     size = mean * (1 - mean) / var - 1
     if not (0 < mean < 1 and size > 0):
         raise ValueError(
-            f"t_f of {params.t_f_mean_s} ± {params.t_f_sd_s} s does not fit between {low} and {high} s; "
-            "move the mean inside, or reduce the standard deviation"
+            f"a motion of {params.t_f_mean_s:g} ± {params.t_f_sd_s:g} s does not fit between {low:g} and {high:g} s"
         )
-    return low + (high - low) * rng.beta(mean * size, (1 - mean) * size, n)
+    return mean * size, (1 - mean) * size
 
 
 def _reaction(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:

@@ -44,10 +44,6 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
         {
             "items": {f"{i.stage}/{i.unit}": _shown(i) for i in items},
             "code": fingerprint.code("hrcneuro.report.page", package, memo),
-            "drawings": [
-                fingerprint.code(f"hrcneuro.report.{p.stem}", package, memo)
-                for p in sorted(Path(__file__).parent.glob("fig_*.py"))
-            ],
             "style": fingerprint.file_digest(Path(__file__).with_name("page.css")),
             "version": __version__,
             "study": params(settings.study),

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.report.maps import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA, Tested
+from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.report.maps import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, near, spread
 
 CHANCE = 54.3
 PANELS = {"A": "HR-HH_before", "B": "HR-HH_after", "C": "RH-RR_before", "D": "RH-RR_after"}
 BEFORE = "RH-RR_before"
-Maps = Mapping[tuple[str, str], Tested]
+Maps = Mapping[tuple[str, str], SignificanceMap]
 
 
 def measure(results: Results) -> dict[str, Measured]:
@@ -85,7 +86,7 @@ def _rhythms(ersp: Maps, planted: _Planted) -> dict[str, Measured]:
     return found
 
 
-def _scenarios(sequential: Tested, intermittent: Tested, planted: _Planted) -> dict[str, Measured]:
+def _scenarios(sequential: SignificanceMap, intermittent: SignificanceMap, planted: _Planted) -> dict[str, Measured]:
     found = {}
     motor = [one.within(MOTOR, hz=ALPHA) for one in (sequential, intermittent)]
     theta = [one.within(FRONTAL, hz=THETA) for one in (sequential, intermittent)]
@@ -109,11 +110,11 @@ def _scenarios(sequential: Tested, intermittent: Tested, planted: _Planted) -> d
     return found
 
 
-def _nothing(tested: Tested) -> Measured:
+def _nothing(tested: SignificanceMap) -> Measured:
     return Measured(tested.describe(), not tested.any, "eeg", "nothing significant")
 
 
-def _ms(tested: Tested) -> str:
+def _ms(tested: SignificanceMap) -> str:
     return f"significant from {1000 * tested.first_s:.0f} ms" if tested.any else "never significant"
 
 

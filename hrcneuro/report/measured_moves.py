@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from hrcneuro.published import SOA_MS
 from hrcneuro.report.facts import steps
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, near, spread
 
 COUNTS = {"HH": (611, 43), "HR": (148, 14), "RR": (530, 25), "RH": (212, 22)}
 STEPS = (7.19, 0.39)
-TRIAL_MS = {"sC": (875.88, 133.91), "iC": (872.34, 131.35)}
 REPLACED = (3, 6)
 # How far two mean durations may lie apart: a fiftieth of the durations' range.
 _TRIAL_MARGIN_MS = 12.0
@@ -50,7 +50,7 @@ def _moves(trials: Mapping[str, pd.DataFrame]) -> dict[str, Measured]:
 
 def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
     found = {}
-    for scenario, (mean, sd) in TRIAL_MS.items():
+    for scenario, (mean, sd) in SOA_MS.items():
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
             alike = abs(soa.std(ddof=1) - sd) <= _SD_SHARE * sd if len(soa) > 1 else False

@@ -9,45 +9,16 @@ from importlib.resources import files
 from pathlib import Path
 
 from hrcneuro import __version__, drawings, stages
+from hrcneuro.contract import GROUP
 from hrcneuro.figures.style import DPI
 from hrcneuro.report import chapters, provenance
 from hrcneuro.report.album import Album
-from hrcneuro.report.drawn import Drawing, collect, draw_all
+from hrcneuro.report.gallery import collect
 from hrcneuro.report.markup import Cell, Raw, esc, fold, items, link, table
 from hrcneuro.report.published import Row, rows
 from hrcneuro.report.results import Figure, Results
 from hrcneuro.report.verdicts import AGREES, DIFFERS, PLANTED, VERDICTS
 
-TITLES = {
-    "acquire": "Recordings",
-    "preprocess": "Signal quality",
-    "epoch": "Trials and conditions",
-    "erp": "Potentials",
-    "ersp": "Rhythms",
-    "decode": "Single-trial decoding",
-    "simulate": "The robot that learns",
-    "robot": "The arm",
-}
-# A stage's picture -> the name that a link shows; others are called by their file.
-NAMES = {
-    "decoding.png": "Forest plot",
-    "confound_panel.png": "Confound panel",
-    "fig4.png": "Fig 4",
-    "learners.png": "Learners compared",
-    "confound.png": "Learning from errors",
-    "sweep.png": "Design sweep",
-    "erp.png": "ERP of all contrasts",
-    "erp_scenarios.png": "ERP by scenario",
-    "ersp.png": "ERSP of all contrasts",
-    "ersp_scenarios.png": "ERSP by scenario",
-    "erp_strata.png": "ERP within strata",
-    "ersp_strata.png": "ERSP within strata",
-    "robot.png": "Path and tracking error",
-    "timing.png": "Timing",
-    "reach.png": "Cell",
-}
-# A picture that joins stages -> the chapter in which it stands.
-_CHAPTERS = {"confound": "decode"}
 _PLURAL = {AGREES: "agree", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
 _APPENDIX = "All contrasts: without mask, with error moves left out, and within strata"
@@ -67,10 +38,9 @@ class Page:
     def __init__(self, results: Results, folder: Path) -> None:
         self.results = results
         self.album = Album()
-        self.drawn = draw_all(results, folder)
-        self.figures = {stage: results.figures(stage) for stage in stages.NAMES}
-        for name, chapter in _CHAPTERS.items():
-            self.figures[chapter] += results.figures(name)
+        self.figures: dict[str, list[Figure]] = {stage: [] for stage in stages.NAMES}
+        for name in drawings.NAMES:
+            self.figures[drawings.load(name).chapter or name] += results.figures(name)
         collect([f for found in self.figures.values() for f in found], folder)
         self.chapters = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
 
@@ -121,18 +91,17 @@ class Page:
         first = ["<li><a href='#published'>Published and this run</a></li>"] if published else []
         for stage in self.chapters:
             figures = ", ".join(link(anchor, title).text for anchor, title in self._anchors(stage))
-            first.append(f"<li>{link(stage, TITLES[stage]).text}{f': {figures}' if figures else ''}</li>")
+            first.append(f"<li>{link(stage, stages.load(stage).title).text}{f': {figures}' if figures else ''}</li>")
         first.append("<li><a href='#provenance'>Provenance</a></li>")
         return f"<nav><ul>{''.join(first)}</ul></nav>"
 
     def _anchors(self, stage: str) -> list[tuple[str, str]]:
         """Return (anchor, title) of a chapter's figures; of those a subject has, the first one's."""
-        found = {name: d.title for name, (d, _) in self.drawn.items() if d.chapter == stage}
-        for figure in self.figures[stage]:
-            if figure.unit == "group" or figure.path.name in NAMES:
-                title = NAMES.get(figure.path.name, figure.path.stem)
-                if title not in found.values():
-                    found[_anchor(figure)] = title
+        found: dict[str, str] = {}
+        for figure in sorted(self.figures[stage], key=lambda f: f.stage not in drawings.JOINT):
+            title = figure.title or (figure.path.stem if figure.unit == GROUP else "")
+            if title and title not in found.values():
+                found[_anchor(figure)] = title
         return list(found.items())
 
     def _missing(self) -> str:
@@ -149,22 +118,24 @@ class Page:
 
     def _chapter(self, stage: str) -> str:
         notes = [w.removeprefix(f"{stage} ") for w in self.results.warnings() if w.startswith(f"{stage} ")]
-        group = [f for f in self.figures[stage] if f.unit == "group"]
-        shown = "".join(self._drawing(d, path) for d, path in self.drawn.values() if d.chapter == stage)
+        group = [f for f in self.figures[stage] if f.unit == GROUP]
+        joint = [f for f in group if f.stage in drawings.JOINT]
+        composed = any(f.path.name == "fig2.png" for f in self.figures["erp"])
         # Where the composed figures are there, the stage's own ones are the appendix.
-        beside = [f for f in group if "fig2" in self.drawn and f.path.name in _FOLDED]
-        plain = "".join(self._figure(f) for f in group if f not in beside)
+        beside = [f for f in group if composed and f.path.name in _FOLDED]
+        plain = "".join(self._figure(f) for f in group if f not in (*beside, *joint))
+        shown = "".join(map(self._figure, joint))
         if beside and not shown:
             shown = "<p>Composed with the potentials: <a href='#fig2'>Fig 2</a>, <a href='#fig3'>Fig 3</a>.</p>"
         return (
-            f"<section id='{stage}'><h2>{TITLES[stage]}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
+            f"<section id='{stage}'><h2>{stages.load(stage).title}</h2>{plain}{shown}{chapters.tables(self.results, stage)}"
             f"{items(provenance.plain(notes))}"
             f"{fold(_APPENDIX, ''.join(map(self._figure, beside)))}"
             f"{self._subjects(stage)}</section>"
         )
 
     def _subjects(self, stage: str) -> str:
-        figures = [f for f in self.figures[stage] if f.unit != "group"]
+        figures = [f for f in self.figures[stage] if f.unit != GROUP]
         units = list(dict.fromkeys(f.unit for f in figures))
         once = [f for f in figures if f.path.name in _ONCE and f.unit == units[0]]
         each = [f for f in figures if f.path.name not in _ONCE]
@@ -176,13 +147,12 @@ class Page:
         inside = where + "".join(map(self._figure, rest))
         return "".join(map(self._figure, first + once)) + fold(title, inside, kind="subjects")
 
-    def _drawing(self, drawing: Drawing, path: Path) -> str:
-        return self._picture(drawing.name, path, f"{drawing.title}. {drawing.caption}", subject=False)
-
     def _figure(self, figure: Figure) -> str:
-        alone = figure.unit == "group" or figure.path.name in _ONCE
+        alone = figure.unit == GROUP or figure.path.name in _ONCE
         text = figure.caption if alone else f"{figure.unit}: {figure.caption}"
-        return self._picture(_anchor(figure), figure.path, f"{text}.", subject=figure.unit != "group")
+        if figure.stage in drawings.JOINT:
+            text = f"{figure.title}. {text}"
+        return self._picture(_anchor(figure), figure.path, f"{text}.", subject=figure.unit != GROUP)
 
     def _picture(self, anchor: str, path: Path, caption: str, *, subject: bool) -> str:
         mark = self.album.mark(path, subject=subject)
@@ -232,7 +202,9 @@ def _verdicts(found: Sequence[Row], anchors: Container[str]) -> str:
     for row in (r for r in found if r.kind == "result"):
         if row.chapter != chapter:
             chapter = row.chapter
-            lines.append([link(chapter, TITLES[chapter]) if chapter in anchors else TITLES[chapter]])
+            lines.append(
+                [link(chapter, stages.load(chapter).title) if chapter in anchors else stages.load(chapter).title]
+            )
         # A criterion where it was applied, a reason where it could not be.
         wanted = "wanted: " if row.verdict in (AGREES, DIFFERS, PLANTED) else ""
         why = f"<small>{wanted}{esc(row.why)}</small>" if row.why else ""

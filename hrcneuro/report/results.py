@@ -11,8 +11,9 @@ from typing import Any
 
 from hrcneuro import drawings
 from hrcneuro.contract import GROUP
+from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.pipeline.workdir import FIGURES
-from hrcneuro.report import maps
+from hrcneuro.tables.maps import read_tested
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Figure:
     unit: str
     path: Path
     caption: str
+    title: str
 
 
 class Results:
@@ -34,7 +36,7 @@ class Results:
         self.settings = settings
         self.memo = memo or Memo(Path(".memo.json"))
         self.items = items
-        self._maps: dict[str, dict[tuple[str, str], maps.Tested]] = {}
+        self._maps: dict[str, Mapping[tuple[str, str], SignificanceMap]] = {}
         self.done = {(i.stage, i.unit): i for i in items if i.state.done and not i.draws}
         self.drawn = [i for i in items if i.state.done and i.draws]
 
@@ -69,10 +71,11 @@ class Results:
         found = {unit: self.table(stage, unit, name) for unit in self.included(stage)}
         return {unit: table for unit, table in found.items() if table is not None}
 
-    def maps(self, stage: str) -> dict[tuple[str, str], maps.Tested]:
+    def maps(self, stage: str) -> Mapping[tuple[str, str], SignificanceMap]:
         """Return (scenario, contrast) -> the group's tested map of erp or ersp; read once."""
         if stage not in self._maps:
-            self._maps[stage] = maps.read(self.table(stage, GROUP, f"{stage}_stats.parquet"))
+            path = self.path(stage, GROUP, f"{stage}_stats.parquet")
+            self._maps[stage] = read_tested(path).maps if path else {}
         return self._maps[stage]
 
     def record(self, stage: str, unit: str) -> Mapping[str, Any]:
@@ -96,9 +99,9 @@ class Results:
         for item in sorted(self.drawn, key=lambda i: (i.unit != GROUP, i.unit)):
             drawing = drawn.group if item.unit == GROUP else drawn.subject
             if item.stage == name + FIGURES and drawing:
-                captions = drawing.captions
-                found += [Figure(name, item.unit, Path(item.artifacts[n]), captions[n]) for n in captions
-                          if n in item.artifacts]  # fmt: skip
+                for file, caption in drawing.captions.items():
+                    if file in item.artifacts:
+                        found.append(Figure(name, item.unit, Path(item.artifacts[file]), caption.text, caption.title))
         return found
 
     @property

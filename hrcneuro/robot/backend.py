@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 from typing import Protocol
-
-from hrcneuro.errors import HardwareError
 
 RATE = 125.0  # Hz: the UR10 CB3's control rate (paper § 2.3.2)
 PERIOD = 1.0 / RATE
@@ -16,8 +15,8 @@ STOPPED, PLAYING, PAUSED = 1, 2, 4
 
 
 @dataclass(slots=True)
-class State:
-    """One packet from the arm."""
+class Packet:
+    """What the arm tells of itself in one cycle."""
 
     stamp: float  # when the packet was made, on the loop's clock, seconds
     q: list[float]  # measured joint angles, six, radians
@@ -30,7 +29,7 @@ class State:
 class Backend(Protocol):
     """An arm that takes joint velocities."""
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the newest packet."""
 
     def speed(self, qd: list[float]) -> None:
@@ -53,5 +52,48 @@ class Clock(Protocol):
         """Return at ``t`` or, if that has passed, at once."""
 
 
-class Stopped(HardwareError):
-    """The session ended before its last move; what was recorded until then is kept."""
+class Cause(enum.Enum):
+    """Why a session cannot go on; whoever talks to people finds by it what they can do."""
+
+    EMERGENCY_STOP = enum.auto()
+    PROTECTIVE_STOP = enum.auto()
+    NOT_NORMAL = enum.auto()  # another safety mode
+    SAFETY_BITS = enum.auto()  # a restriction beside the normal mode
+    PACKETS_LOST = enum.auto()
+    PROGRAM = enum.auto()  # the control program is paused or has ended
+    SLIDER = enum.auto()  # the speed slider stands too low
+    NO_NUMBER = enum.auto()  # a command is none
+    OUT_OF_BOX = enum.auto()  # a command would lead out of the keep-inside box
+    TIP_ASTRAY = enum.auto()  # the tip did not arrive
+    JOINT_ASTRAY = enum.auto()
+    STARTS_OUTSIDE = enum.auto()  # of the keep-inside box
+    STARTS_FOLDED = enum.auto()  # with another elbow or wrist than at home
+    NO_RESPONSE = enum.auto()  # commands do not move it
+    OTHER_RESPONSE = enum.auto()  # it moves otherwise than commanded
+
+
+class ArmError(RuntimeError):
+    """The session cannot go on: why, and what was seen, for a person to read."""
+
+    def __init__(self, cause: Cause, problem: str) -> None:
+        super().__init__(cause, problem)
+        self.cause = cause
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return self.problem
+
+
+class Stopped(ArmError):
+    """The session ended before its last move; what was recorded until then is kept.
+
+    Attributes:
+        rests: Whether the arm was seen at rest afterwards.
+    """
+
+    def __init__(self, cause: Cause, problem: str, *, rests: bool) -> None:
+        seen = (
+            "the arm was stopped" if rests else "the arm was told to stop, but was not seen at rest: it may be moving"
+        )
+        super().__init__(cause, f"{problem}; {seen}")
+        self.rests = rests

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from hrcneuro.contract import option
+from hrcneuro.paradigm.grid import SIZE
 
-GRID = 7  # tiles a side (paper § 2.2)
-SHORTEST = 0.6  # s, the shortest duration of a move (paper § 2.3.2)
+Position = tuple[float, float, float]  # (x, y, z) in the frame base, metres
 
 
 @dataclass(frozen=True)
@@ -30,3 +31,28 @@ class Cell:
     seed_deg: tuple[float, ...] = option(
         (-9.4, -39.6, 84.7, -135.1, -90.0, -99.4), "joint angles near the grid's centre", unit="°", low=-360, high=360
     )
+
+    @property
+    def height(self) -> float:
+        """The tip's height over the tiles, z in ``base``, metres."""
+        return self.screen_height + self.hover - self.base_height
+
+    @property
+    def box(self) -> tuple[Position, Position]:
+        """The keep-inside box: its lowest and its highest corner."""
+        screen = self.screen_height - self.base_height
+        half, far = SIZE * self.tile / 2 + self.margin, self.near_edge + SIZE * self.tile + self.margin
+        side = -self.sideways
+        return (
+            (-far, side - half, screen + self.floor),
+            (-(self.near_edge - self.margin), side + half, screen + self.ceiling),
+        )
+
+    def position(self, row: int, col: int) -> Position:
+        """Return the tip's position over the centre of a tile."""
+        x = -(self.near_edge + (row + 0.5) * self.tile)
+        return x, -self.sideways + ((SIZE - 1) / 2 - col) * self.tile, self.height
+
+    def steps(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Return row and column, with fractions, of tip positions ``x`` and ``y`` in ``base``, metres, of any shape."""
+        return (-x - self.near_edge) / self.tile - 0.5, (SIZE - 1) / 2 - (y + self.sideways) / self.tile

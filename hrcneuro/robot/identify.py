@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hrcneuro.errors import HardwareError
-from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.backend import PERIOD, ArmError, Cause
 from hrcneuro.robot.record import Telemetry
 
 
@@ -20,7 +19,7 @@ def response_lead(telemetry: Telemetry, *, most: float = 0.2) -> float:
         most: Greatest τ considered, seconds.
 
     Raises:
-        HardwareError: The arm did not move, or not as commanded.
+        ArmError: The arm did not move, or not as commanded.
     """
     from scipy.optimize import minimize_scalar
 
@@ -35,15 +34,12 @@ def response_lead(telemetry: Telemetry, *, most: float = 0.2) -> float:
         return float(np.sum((turned - (late - late.mean(axis=0))) ** 2))
 
     if energy < 1e-6 or not np.isfinite(energy):
-        raise HardwareError(
-            "the arm did not move while its lag was measured",
-            cure="see that its program runs and takes velocities, or give robot.lead_s",
-        )
+        raise ArmError(Cause.NO_RESPONSE, "the arm did not move while its lag was measured")
     best = minimize_scalar(misfit, bounds=(0.0, most), method="bounded", options={"xatol": 1e-6})
     if best.fun > 0.01 * energy or best.x > 0.98 * most:
-        raise HardwareError(
+        raise ArmError(
+            Cause.OTHER_RESPONSE,
             f"the arm does not follow its commands: {100 * best.fun / energy:.1f} % of its motion is unexplained at "
             f"the best lag, {1e3 * best.x:.0f} ms",
-            cure="look for other programs that command it, or give robot.lead_s",
         )
     return float(best.x) + 0.5 * PERIOD

@@ -1,16 +1,13 @@
 """UR10 (CB3) kinematics in plain NumPy, for whole sets of configurations: the reference of the fast scalar form.
 
 Frame ``base`` is the controller's own (denavit-hartenberg's frame 0); ROS' ``base_link`` is turned by π about z.
-Constants: Universal Robots, "DH parameters for calculations of kinematics and dynamics", UR10.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-D = (0.1273, 0.0, 0.0, 0.163941, 0.1157, 0.0922)
-A = (0.0, -0.612, -0.5723, 0.0, 0.0, 0.0)
-ALPHA = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
+from hrcneuro.robot.dh import ALPHA, A, D
 
 
 class Unreachable(ValueError):

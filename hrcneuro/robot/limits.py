@@ -7,8 +7,8 @@ from copy import copy
 from math import ceil, isfinite, pi, radians, sqrt
 
 from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.parameters import Bounds, Safety
 from hrcneuro.robot.tracking import tip
-from hrcneuro.robot.trajectory import Bounds
 
 Vector = Sequence[float]
 
@@ -30,8 +30,8 @@ class Limits:
 
     def __init__(
         self,
+        safety: Safety,
         *,
-        acceleration: float,
         box: tuple[Vector, Vector],
         tool: float,
         speed: Vector = MAX_SPEED,
@@ -42,23 +42,23 @@ class Limits:
         """Fix the limits.
 
         Args:
-            acceleration: Of every joint, rad/s².
+            safety: Its greatest acceleration, of every joint.
             box: Lowest and highest corner (x, y, z) allowed to the tip, metres in ``base``.
             tool: Length of the tool, metres.
             speed: Of each joint, six, rad/s.
             angle: Joints stay within ± this, radians.
             reaction: Time that passes before a stop takes effect, seconds: delay and lag of the arm.
-            stop: Of the stop that would follow, rad and s; the loop puts its own here. By default at ``acceleration``
-                at once.
+            stop: Of the stop that would follow, rad and s; the loop puts its own here. By default at the greatest
+                acceleration at once.
         """
-        self.acceleration = acceleration
-        self.step = acceleration * PERIOD
+        self.acceleration = safety.max_acceleration
+        self.step = self.acceleration * PERIOD
         self.speed = tuple(speed)
         self.angle = angle
         self.tool = tool
         self.reaction = reaction
         (self._x0, self._y0, self._z0), (self._x1, self._y1, self._z1) = box
-        self._stop_for(stop or Bounds(max(speed), acceleration, float("inf")))
+        self._stop_for(stop or Bounds(max(speed), self.acceleration, float("inf")))
 
     def stopping(self, stop: Bounds) -> Limits:
         """Return these limits for a loop whose controlled stops have the bounds ``stop`` (rad and s)."""
@@ -91,10 +91,10 @@ class Limits:
                 met |= RANGE
         if met:
             qd = [share * v for v in qd]
-        qd, held = self._towards(qd, last)
+        qd, slowed = self._towards(qd, last)
         if not self._stays_inside(q, qd):
-            return self._towards([0.0] * 6, last)[0], met | held | BOX
-        return qd, met | held
+            return self._towards([0.0] * 6, last)[0], met | slowed | BOX
+        return qd, met | slowed
 
     def _stop_for(self, stop: Bounds) -> None:
         self._a, self._j = stop.acceleration, stop.jerk

@@ -12,12 +12,13 @@ from math import ceil, inf, nan, sqrt
 from types import TracebackType
 
 from hrcneuro.robot import record
-from hrcneuro.robot.backend import PERIOD, Backend, Clock, State, Stopped
+from hrcneuro.robot.backend import PERIOD, Backend, Cause, Clock, Packet, Stopped
 from hrcneuro.robot.limits import FATAL, INVALID, Limits
+from hrcneuro.robot.parameters import Bounds
 from hrcneuro.robot.record import Recorder
 from hrcneuro.robot.safety import Supervisor, Trip
 from hrcneuro.robot.tracking import ResolvedRate
-from hrcneuro.robot.trajectory import Bounds, Motion, Path, Stop
+from hrcneuro.robot.trajectory import MotionState, Stop, Trajectory
 
 _ZERO = [0.0] * 6
 _NOWHERE = (nan, nan, nan)
@@ -38,7 +39,7 @@ class Track:
     onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
     end: float
     marked: float = nan  # when its marker had gone out; nan without an onset
-    motion: Motion | None = None  # of the reference in the next cycle, where another path takes over without rest
+    motion: MotionState | None = None  # of the reference in the next cycle, where another path takes over without rest
 
 
 class Loop:
@@ -94,21 +95,21 @@ class Loop:
         """Return the time of the cycle to come, from the session's start."""
         return self._next - self._zero
 
-    def measured(self) -> State:
+    def measured(self) -> Packet:
         """Return the arm's packet after one cycle at rest."""
-        now, state = self._begin()
-        self._send(now, state, _ZERO, record.REST, -1, _NOWHERE)
-        return state
+        now, packet = self._begin()
+        self._send(now, packet, _ZERO, record.REST, -1, _NOWHERE)
+        return packet
 
     def rest(self, until: float, *, at: Sequence[float] = _NOWHERE, move: int = -1) -> None:
         """Command nothing until ``until``, from the session's start; ``at`` is recorded as the place to be."""
         while self.now() < until - 1e-9:
-            now, state = self._begin()
-            self._send(now, state, _ZERO, record.REST, move, at)
+            now, packet = self._begin()
+            self._send(now, packet, _ZERO, record.REST, move, at)
 
     def follow(
         self,
-        path: Path,
+        path: Trajectory,
         *,
         phase: int,
         move: int = -1,
@@ -135,23 +136,23 @@ class Loop:
         law, lead = self._law, self.lead
         goal, _ = path.at(path.duration)
         while True:
-            now, state = self._begin()
+            now, packet = self._begin()
             if start != start:
                 start = now
             t = now - start
             at, _ = path.at(t)
-            qd, ex, ey, ez = law(state.q, at, path.at(t + lead)[1])
+            qd, ex, ey, ez = law(packet.q, at, path.at(t + lead)[1])
             if t >= path.duration:
                 off = sqrt(ex * ex + ey * ey + ez * ez)
                 if off <= settle or (t >= path.duration + patience and off <= radius):
-                    self._send(now, state, _ZERO, phase, move, at)
+                    self._send(now, packet, _ZERO, phase, move, at)
                     return self._track(first, start, onset, now, marked)
                 if t >= path.duration + patience:
                     self._fail(
+                        Cause.TIP_ASTRAY,
                         f"the tip stands {1e3 * off:.1f} mm from its goal {patience:g} s after it should have arrived",
-                        "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
                     )
-            if self._send(now, state, qd, phase, move, at) and onset != onset:
+            if self._send(now, packet, qd, phase, move, at) and onset != onset:
                 onset, marked = now, self._mark(now, move)
             if self.now() >= handover - 1e-9:
                 off = sqrt(sum((g - a + e) ** 2 for g, a, e in zip(goal, at, (ex, ey, ez), strict=True)))
@@ -159,7 +160,7 @@ class Loop:
                     motion = path.state(self._next - start)
                     return self._track(first, start, onset, now, marked, motion)
 
-    def follow_joints(self, path: Path, *, patience: float = 1.0, settle: float = 1e-3) -> None:
+    def follow_joints(self, path: Trajectory, *, patience: float = 1.0, settle: float = 1e-3) -> None:
         """Move the joints along ``path`` (radians) until each is within ``settle`` of its goal.
 
         Raises:
@@ -167,24 +168,24 @@ class Loop:
         """
         gain, start = self._law.gain, nan
         while True:
-            now, state = self._begin()
+            now, packet = self._begin()
             if start != start:
                 start = now
             t = now - start
             goal, _ = path.at(t)
-            error = [a - b for a, b in zip(goal, state.q, strict=True)]
+            error = [a - b for a, b in zip(goal, packet.q, strict=True)]
             off = max(abs(v) for v in error)
             if t >= path.duration and off <= settle:
-                self._send(now, state, _ZERO, record.HOME, -1, _NOWHERE)
+                self._send(now, packet, _ZERO, record.HOME, -1, _NOWHERE)
                 return
             if t >= path.duration + patience:
                 self._fail(
+                    Cause.JOINT_ASTRAY,
                     f"a joint stands {off:.4f} rad from its goal {patience:g} s after it should have arrived",
-                    "see that nothing holds the arm",
                 )
             ahead = path.at(t + self.lead)[1]
             qd = [v + gain * e for v, e in zip(ahead, error, strict=True)]
-            self._send(now, state, qd, record.HOME, -1, _NOWHERE)
+            self._send(now, packet, qd, record.HOME, -1, _NOWHERE)
 
     def halt(self) -> bool:
         """Bring the arm to rest within the stop's bounds; a trip on the way leaves the rest to the controller.
@@ -199,13 +200,13 @@ class Loop:
         t = 0.0
         while t < stop.duration + PERIOD and any(self._last):
             self._clock.wait_until(self._next)
-            now, state = self._tick()
-            if self._supervisor.check(state, now) is not None:
+            now, packet = self._tick()
+            if self._supervisor.check(packet, now) is not None:
                 self._arm.stop(_BRAKE)
                 break
             t += PERIOD
             share = stop.at(t)[0] / fastest
-            self._send(now, state, [share * v for v in way], record.STOP, -1, _NOWHERE)
+            self._send(now, packet, [share * v for v in way], record.STOP, -1, _NOWHERE)
         return self._watch_rest()
 
     def _braking(self, fastest: float) -> float:
@@ -223,24 +224,24 @@ class Loop:
         return self._clock.now()
 
     def _track(
-        self, first: int, start: float, onset: float, end: float, marked: float, motion: Motion | None = None
+        self, first: int, start: float, onset: float, end: float, marked: float, motion: MotionState | None = None
     ) -> Track:
         zero = self._zero
         return Track(first, len(self.record), start - zero, onset - zero, end - zero, marked - zero, motion)
 
-    def _note(self, now: float, phase: int, move: int, state: State, met: int, at: Sequence[float]) -> None:
-        head = (now - self._zero, phase, move, state.safety, state.scaling, met)
-        self.record.add(head, state.q, state.qd, self._last, at)
+    def _note(self, now: float, phase: int, move: int, packet: Packet, met: int, at: Sequence[float]) -> None:
+        head = (now - self._zero, phase, move, packet.safety, packet.scaling, met)
+        self.record.add(head, packet.q, packet.qd, self._last, at)
 
-    def _begin(self) -> tuple[float, State]:
+    def _begin(self) -> tuple[float, Packet]:
         self._clock.wait_until(self._next)
-        now, state = self._tick()
-        trip = self._supervisor.check(state, now)
+        now, packet = self._tick()
+        trip = self._supervisor.check(packet, now)
         if trip is not None:
-            self._trip(now, state, trip)
-        return now, state
+            self._trip(now, packet, trip)
+        return now, packet
 
-    def _tick(self) -> tuple[float, State]:
+    def _tick(self) -> tuple[float, Packet]:
         now = self._clock.now()
         self._next += PERIOD
         if self._next - now < _APART * PERIOD:
@@ -249,48 +250,40 @@ class Loop:
             self._next += PERIOD * ceil((now - self._next) / PERIOD + _APART)
         return now, self._arm.state()
 
-    def _send(self, now: float, state: State, qd: list[float], phase: int, move: int, at: Sequence[float]) -> bool:
+    def _send(self, now: float, packet: Packet, qd: list[float], phase: int, move: int, at: Sequence[float]) -> bool:
         met = 0
         if qd is not _ZERO or self._last is not _ZERO:
             if phase != record.STOP:
-                qd, met = self._limits(state.q, qd, self._last)
+                qd, met = self._limits(packet.q, qd, self._last)
             self._before, self._last = self._last, qd if any(qd) else _ZERO
         self._arm.speed(self._last)
-        self._note(now, phase, move, state, met, at)
+        self._note(now, phase, move, packet, met, at)
         if met & FATAL:
+            cause = Cause.NO_NUMBER if met & INVALID else Cause.OUT_OF_BOX
             what = "is no number" if met & INVALID else "would take the tip out of the keep-inside box"
-            self._fail(f"a command {what}; it was not sent", "check robot.cell and the path that was asked for")
+            self._fail(cause, f"a command {what}; it was not sent")
         return self._last is not _ZERO
 
-    def _trip(self, now: float, state: State, trip: Trip) -> None:
+    def _trip(self, now: float, packet: Packet, trip: Trip) -> None:
         self._stopped = True
         self.stops += 1
         if trip.brake:
             self._arm.stop(_BRAKE)
         self._last = self._before = _ZERO
-        self._note(now, record.STOP, -1, state, 0, _NOWHERE)
-        raise _stopped(trip.problem, trip.cure, rests=self._watch_rest())
+        self._note(now, record.STOP, -1, packet, 0, _NOWHERE)
+        raise Stopped(trip.cause, trip.problem, rests=self._watch_rest())
 
-    def _fail(self, problem: str, cure: str) -> None:
+    def _fail(self, cause: Cause, problem: str) -> None:
         self.stops += 1
-        raise _stopped(problem, cure, rests=self.halt())
+        raise Stopped(cause, problem, rests=self.halt())
 
     def _watch_rest(self) -> bool:
         # Whether the arm was seen at rest. At most a second: an arm that tells nothing cannot be waited for.
         self._last = self._before = _ZERO
         for _ in range(125):
             self._clock.wait_until(self._next)
-            now, state = self._tick()
-            self._note(now, record.STOP, -1, state, 0, _NOWHERE)
-            if max(abs(v) for v in state.qd) < _AT_REST and now - state.stamp < 2 * PERIOD:
+            now, packet = self._tick()
+            self._note(now, record.STOP, -1, packet, 0, _NOWHERE)
+            if max(abs(v) for v in packet.qd) < _AT_REST and now - packet.stamp < 2 * PERIOD:
                 return True
         return False
-
-
-def _stopped(problem: str, cure: str, *, rests: bool) -> Stopped:
-    if rests:
-        return Stopped(f"{problem}; the arm was stopped", cure=cure)
-    return Stopped(
-        f"{problem}; the arm was told to stop, but was not seen at rest: it may be moving",
-        cure=f"press the emergency stop; {cure}",
-    )

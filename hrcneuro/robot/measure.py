@@ -1,4 +1,4 @@
-"""What a session was like: tool poses, a row of figures a move, and the timing that § 2.3.4 asks for."""
+"""What a session was like: tool poses, a row of measures a move, and the timing that § 2.3.4 asks for."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from hrcneuro.robot import kinematics
 from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.minimum_jerk import minimum_jerk, minimum_jerk_cost
 from hrcneuro.robot.record import Telemetry
-from hrcneuro.robot.session import Done
-from hrcneuro.robot.trajectory import minimum_jerk, minimum_jerk_cost
+from hrcneuro.robot.session import Executed
 from hrcneuro.robot.workspace import DOWN, Workspace
 
 _CHUNK = 8192  # cycles at a time: the chain of frames takes 900 bytes a cycle
@@ -71,19 +72,19 @@ def fit_onset(time: np.ndarray, progress: np.ndarray, t_f: float) -> float:
 
 
 def measure_moves(
-    done: Sequence[Done], telemetry: Telemetry, tool_tip: Tip, workspace: Workspace
+    executed: Sequence[Executed], telemetry: Telemetry, tool_tip: Tip, workspace: Workspace
 ) -> dict[str, np.ndarray]:
-    """Return a column a figure, each over the moves; nan for moves that were clamped at the edge."""
+    """Return each of :data:`MEASURES`: name -> ndarray, shape (n_moves,); nan where the grid's edge stopped it."""
     jerk = _squared_jerk(tool_tip.velocity)
-    rows = [_measure(one, telemetry, tool_tip, jerk, workspace) for one in done]
-    return {name: np.array([row[name] for row in rows], float) for name in FIGURES}
+    rows = [_measure(one, telemetry, tool_tip, jerk, workspace) for one in executed]
+    return {name: np.array([row[name] for row in rows], float) for name in MEASURES}
 
 
 def _measure(
-    one: Done, telemetry: Telemetry, tool_tip: Tip, jerk: np.ndarray, workspace: Workspace
+    one: Executed, telemetry: Telemetry, tool_tip: Tip, jerk: np.ndarray, workspace: Workspace
 ) -> dict[str, float]:
-    if one.move.dwells or not np.isfinite(one.track.onset):
-        return dict.fromkeys(FIGURES, np.nan)
+    if not one.moved:
+        return dict.fromkeys(MEASURES, np.nan)
     rows = slice(one.track.first, one.track.last)
     start, goal = (np.array(workspace.position(*tile)) for tile in (one.move.start, one.move.end))
     time, at = telemetry.time[rows] - one.track.onset, tool_tip.position[rows]
@@ -105,7 +106,7 @@ def _measure(
     }
 
 
-FIGURES = (
+MEASURES = (
     "max_error_mm",
     "end_error_mm",
     "height_error_mm",
@@ -139,6 +140,63 @@ def _squared_jerk(velocity: np.ndarray) -> np.ndarray:
         return np.full(len(velocity), np.nan)
     jerk = savgol_filter(velocity, _WINDOW, 4, deriv=2, delta=PERIOD, axis=0)
     return np.asarray(np.sum(jerk**2, axis=1))
+
+
+def marker_timing(executed: Sequence[Executed], *, rate: float) -> dict[str, np.ndarray]:
+    """Return when each move's marker was there, and how far its onset lies behind the log's pace.
+
+    Name -> ndarray, shape (n_moves,), of marker_latency_ms, stim_sample, stim_latency_ms and behind_log_ms; nan where
+    unknown.
+
+    Args:
+        executed: The moves.
+        rate: Of the recording whose stim channel takes the markers, Hz; nan where unknown.
+    """
+    onset = np.array([one.began for one in executed], float)
+    marked = np.array([one.track.marked for one in executed], float)
+    sample = stim_sample(marked, rate)
+    gap = np.array([one.move.gap for one in executed[:-1]], float)
+    same = np.array([not one.move.first for one in executed[1:]], bool)
+    behind = np.where(same, 1e3 * (np.diff(onset) - gap), np.nan)
+    return {
+        "marker_latency_ms": 1e3 * (marked - onset),
+        "stim_sample": sample,
+        "stim_latency_ms": 1e3 * (sample / rate - onset),
+        "behind_log_ms": np.r_[np.nan, behind][: len(executed)],
+    }
+
+
+def commanded_angles(telemetry: Telemetry) -> np.ndarray:
+    """Return the joint angles that the commands since the phase began add up to, shape (n_cycles, 6), radians."""
+    sent = np.zeros_like(telemetry.command)
+    sent[1:] = np.cumsum(telemetry.command[:-1] * np.diff(telemetry.time)[:, None], axis=0)
+    # The sum starts anew from the measured angles with every phase and move: over a session it would drift.
+    change = np.r_[True, (np.diff(telemetry.phase) != 0) | (np.diff(telemetry.move) != 0)]
+    begin = np.maximum.accumulate(np.where(change, np.arange(len(change)), 0))
+    return np.asarray(telemetry.q[begin] + sent - sent[begin])
+
+
+def summarise(telemetry: Telemetry, moves: pd.DataFrame, *, stops: int, lead: float) -> dict[str, float | int | None]:
+    """Return the session in a few numbers: the largest errors, the median time into the radius, the loop's rate.
+
+    Args:
+        telemetry: The session.
+        moves: Rows of moves.parquet.
+        stops: How often the arm was stopped.
+        lead: Of the feed-forward, seconds.
+    """
+    period = np.diff(telemetry.time)
+    real = moves[~moves["clamped"].astype(bool)] if len(moves) else moves
+    known = {
+        "max_error_mm": real["max_error_mm"].max(),
+        "end_error_mm": real["end_error_mm"].max(),
+        "t_2mm_s": real["t_2mm_s"].median(),
+        "loop_hz": 1.0 / period.mean() if len(period) else np.nan,
+        "jitter_p99_ms": np.percentile(np.abs(period - PERIOD), 99) * 1e3 if len(period) else np.nan,
+        "lead_ms": 1e3 * lead,
+    }
+    rounded = {name: round(float(v), 6) if np.isfinite(v) else None for name, v in known.items()}
+    return {"moves": len(moves), **rounded, "stops": stops}
 
 
 _STATISTICS: dict[str, Callable[[np.ndarray], float]] = {

@@ -4,84 +4,74 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, State
+from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, Cause, Packet
+from hrcneuro.robot.parameters import Safety
 
 
 @dataclass(frozen=True)
 class Trip:
-    """Why the arm must not go on, and what a person can do about it."""
+    """Why the arm must not go on."""
 
-    name: str
+    cause: Cause
     problem: str
-    cure: str
     brake: bool = True  # whether the controller still takes a stop command
-
-
-_AGAIN = "then start the session again with the episode it stopped in (robot.episodes)"
 
 
 class Supervisor:
     """Checks safety bits, program, speed slider and the age of the packet."""
 
-    def __init__(self, *, max_age: float = 0.020, min_scaling: float = 0.99) -> None:
-        """Fix the oldest packet allowed, seconds, and the lowest speed slider, 0 … 1."""
-        self.max_age = max_age
+    def __init__(self, safety: Safety, *, min_scaling: float = 0.99) -> None:
+        """Fix the oldest packet allowed, of ``safety``, and the lowest speed slider, 0 … 1."""
+        self.max_age = safety.max_packet_age_s
         self.min_scaling = min_scaling
 
-    def check(self, state: State, now: float) -> Trip | None:
+    def check(self, packet: Packet, now: float) -> Trip | None:
         """Return None while the arm may move, else the reason to stop; the gravest where several hold."""
         # The half nanosecond keeps a packet of exactly the greatest age from tripping on rounding.
         if (
-            state.safety == NORMAL
-            and state.runtime == PLAYING
-            and state.scaling >= self.min_scaling
-            and now - state.stamp <= self.max_age + 5e-10
+            packet.safety == NORMAL
+            and packet.runtime == PLAYING
+            and packet.scaling >= self.min_scaling
+            and now - packet.stamp <= self.max_age + 5e-10
         ):
             return None
-        return self._reason(state, now)
+        return self._reason(packet, now)
 
-    def _reason(self, state: State, now: float) -> Trip:
-        if state.safety & EMERGENCY:
+    def _reason(self, packet: Packet, now: float) -> Trip:
+        if packet.safety & EMERGENCY:
             return Trip(
-                "emergency_stop",
+                Cause.EMERGENCY_STOP,
                 "the arm is in emergency stop",
-                f"see that the cell is safe, release the emergency stop and start the arm on its pendant, {_AGAIN}",
                 brake=False,
             )
-        if state.safety & PROTECTIVE:
+        if packet.safety & PROTECTIVE:
             return Trip(
-                "protective_stop",
+                Cause.PROTECTIVE_STOP,
                 "the arm went into a protective stop; hrcneuro never unlocks one",
-                f"find what it touched, free it, unlock the protective stop on the pendant, {_AGAIN}",
                 brake=False,
             )
-        if not state.safety & NORMAL:
+        if not packet.safety & NORMAL:
             return Trip(
-                "not_normal",
-                f"the arm's safety state is not normal (safety_status_bits {state.safety:#x}; 0x1 is normal)",
-                f"read the pendant, clear what it names, {_AGAIN}",
+                Cause.NOT_NORMAL,
+                f"the arm's safety state is not normal (safety_status_bits {packet.safety:#x}; 0x1 is normal)",
             )
-        if state.safety != NORMAL:
+        if packet.safety != NORMAL:
             return Trip(
-                "safety_bits",
-                f"the arm reports a restriction beside its normal mode (safety_status_bits {state.safety:#x})",
-                f"leave reduced or recovery mode and clear safeguard stops, {_AGAIN}",
+                Cause.SAFETY_BITS,
+                f"the arm reports a restriction beside its normal mode (safety_status_bits {packet.safety:#x})",
             )
-        if now - state.stamp > self.max_age + 5e-10:
+        if now - packet.stamp > self.max_age + 5e-10:
             return Trip(
-                "packets_lost",
-                f"the last packet is {1e3 * (now - state.stamp):.0f} ms old; {1e3 * self.max_age:.0f} ms are safe",
-                f"check the cable and what else loads this machine, {_AGAIN}",
+                Cause.PACKETS_LOST,
+                f"the last packet is {1e3 * (now - packet.stamp):.0f} ms old; {1e3 * self.max_age:.0f} ms are safe",
             )
-        if state.runtime != PLAYING:
-            what = {PAUSED: "paused"}.get(state.runtime, "not running")
+        if packet.runtime != PLAYING:
+            what = {PAUSED: "paused"}.get(packet.runtime, "not running")
             return Trip(
-                "program",
-                f"the control program on the arm is {what} (runtime_state {state.runtime}; 2 is playing)",
-                f"set the pendant to remote control and let nothing else stop the program, {_AGAIN}",
+                Cause.PROGRAM,
+                f"the control program on the arm is {what} (runtime_state {packet.runtime}; 2 is playing)",
             )
         return Trip(
-            "slider",
-            f"the arm's speed slider stands at {100 * state.scaling:.0f} %: moves would come late",
-            f"set it to 100 %, {_AGAIN}",
+            Cause.SLIDER,
+            f"the arm's speed slider stands at {100 * packet.scaling:.0f} %: moves would come late",
         )

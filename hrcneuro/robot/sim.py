@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
-from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, State
+from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, Packet
 
 _SILENCE = 0.1  # seconds without a command after which the arm stops by itself, as speedj with t = 0.1 does
 
@@ -28,7 +28,7 @@ class VirtualClock:
 
 
 @dataclass(frozen=True)
-class Fault:
+class Disturbance:
     """Something that goes wrong in the simulated arm at ``at`` seconds, until ``until``."""
 
     kind: str  # protective_stop, emergency_stop, silence (no new packets), slider (half speed), program (stopped)
@@ -46,7 +46,7 @@ class SimArm:
         *,
         lag: float = 0.015,
         delay: int = 1,
-        faults: Sequence[Fault] = (),
+        disturbances: Sequence[Disturbance] = (),
     ) -> None:
         """Place the arm at rest.
 
@@ -55,7 +55,7 @@ class SimArm:
             q: Joint angles at the start, six, radians.
             lag: Time constant of the joints, seconds.
             delay: Whole cycles before a command acts.
-            faults: What goes wrong, and when.
+            disturbances: What goes wrong, and when.
         """
         self._clock = clock
         self._at = clock.now()
@@ -63,21 +63,21 @@ class SimArm:
         self._qd = [0.0] * 6
         self._waiting = [[0.0] * 6 for _ in range(delay)]
         self._asked = [0.0] * 6
-        self._heard = self._at
+        self._commanded_at = self._at
         self._brake: float | None = None
-        self._faults = tuple(faults)
-        self._packet: State | None = None
+        self._disturbances = tuple(disturbances)
+        self._packet: Packet | None = None
         keep = exp(-PERIOD / lag)
         self._keep, self._reach = keep, lag * (1.0 - keep)
 
-    def state(self) -> State:
+    def state(self) -> Packet:
         """Return the arm's packet at the clock's time."""
         now = self._clock.now()
         # Half a cycle of tolerance: sums of 8 ms round.
         while self._at + 0.5 * PERIOD < now:
             self._cycle()
-        packet = State(self._at, self._q, self._qd)
-        if self._faults:
+        packet = Packet(self._at, self._q, self._qd)
+        if self._disturbances:
             packet = self._spoil(packet)
         self._packet = packet
         return packet
@@ -85,7 +85,7 @@ class SimArm:
     def speed(self, qd: list[float]) -> None:
         """Take joint velocities, six, rad/s."""
         self._asked = qd
-        self._heard = self._at
+        self._commanded_at = self._at
         self._brake = None
 
     def stop(self, deceleration: float) -> None:
@@ -96,7 +96,7 @@ class SimArm:
         """Do nothing: the simulated arm belongs to this process."""
 
     def _cycle(self) -> None:
-        if self._brake is not None or self._at - self._heard > _SILENCE:
+        if self._brake is not None or self._at - self._commanded_at > _SILENCE:
             self._asked = _ramp(self._asked, (self._brake or 4.0) * PERIOD)
         self._waiting.append(self._asked)
         command = self._waiting.pop(0)
@@ -107,19 +107,19 @@ class SimArm:
         self._qd = [u + keep * (v - u) for v, u in zip(qd, command, strict=True)]
         self._at += PERIOD
 
-    def _spoil(self, packet: State) -> State:
-        for fault in self._faults:
-            if not fault.at <= packet.stamp < fault.until:
+    def _spoil(self, packet: Packet) -> Packet:
+        for one in self._disturbances:
+            if not one.at <= packet.stamp < one.until:
                 continue
-            if fault.kind == "silence" and self._packet is not None:
+            if one.kind == "silence" and self._packet is not None:
                 packet = self._packet
-            elif fault.kind in ("protective_stop", "emergency_stop"):
-                packet.safety = PROTECTIVE if fault.kind == "protective_stop" else EMERGENCY
+            elif one.kind in ("protective_stop", "emergency_stop"):
+                packet.safety = PROTECTIVE if one.kind == "protective_stop" else EMERGENCY
                 packet.runtime = STOPPED
                 self._brake = self._brake or 10.0
-            elif fault.kind == "slider":
+            elif one.kind == "slider":
                 packet.scaling = 0.5
-            elif fault.kind == "program":
+            elif one.kind == "program":
                 packet.runtime = STOPPED
                 self._brake = self._brake or 4.0
         return packet

@@ -3,15 +3,17 @@
 qd = Jᵀ (J Jᵀ + λ² I)⁻¹ (v_ref(t + lead) + Kp e). Paper § 2.3.2; Wampler, IEEE Trans. Syst. Man Cybern. 1986,
 doi:10.1109/TSMC.1986.289285. All vectors are turned by −q₁ about the base's axis: the law does not notice, the arm
 becomes planar but for its wrist, and most of J Jᵀ's terms vanish. ``kinematics`` is the plain form that tests hold
-against it.
+against it. Importing this loads no NumPy.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import cos, sin
 
-from hrcneuro.robot.kinematics import A, D
+from hrcneuro.contract import option
+from hrcneuro.robot.dh import A, D
 
 Vector = Sequence[float]
 
@@ -30,22 +32,30 @@ def tip(q: Vector, tool: float) -> tuple[float, float, float]:
     return c1 * px - s1 * py, s1 * px + c1 * py, pz
 
 
+@dataclass(frozen=True)
+class Tracking:
+    """What can be set of the law (paper § 2.3.2)."""
+
+    gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
+    damping: float = option(0.01, "damping of the tracking law", low=1e-6, high=1.0)
+    lead_s: float | None = option(None, "lead of the feed-forward; none: measured", unit="s", low=0.0, high=0.2)
+
+
 class ResolvedRate:
     """The law for one tool and one constant orientation of it."""
 
-    def __init__(self, *, tool: float, orientation: Sequence[Vector], gain: float = 8.0, damping: float = 0.01) -> None:
+    def __init__(self, tracking: Tracking, *, tool: float, orientation: Sequence[Vector]) -> None:
         """Fix what does not change from cycle to cycle.
 
         Args:
+            tracking: Its gain Kp and its damping λ, in the units of J (metres).
             tool: Length of the tool, metres.
             orientation: The rotation matrix that the tool keeps in ``base``, rows, shape (3, 3).
-            gain: Kp, 1/s.
-            damping: λ, in the units of J (metres).
         """
         self.tool = float(tool)
-        self.gain = float(gain)
+        self.gain = float(tracking.gain)
         self._end = _D6 + float(tool)
-        self._lambda2 = float(damping) ** 2
+        self._lambda2 = float(tracking.damping) ** 2
         self._axes = [[float(row[i]) for row in orientation] for i in range(3)]
 
     def __call__(self, q: Vector, at: Vector, v: Vector) -> tuple[list[float], float, float, float]:

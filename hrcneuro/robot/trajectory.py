@@ -8,21 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
 import ruckig
 
-from hrcneuro.errors import StageError
+from hrcneuro.robot.parameters import Bounds
 
 Vector = Sequence[float]
+MotionState = tuple[Vector, Vector, Vector]  # position, velocity, acceleration
 
 
-Motion = tuple[Vector, Vector, Vector]  # position, velocity, acceleration
+class NoPath(ValueError):
+    """No trajectory keeps within the bounds."""
 
 
-class Path(Protocol):
+class Trajectory(Protocol):
     """What the loop follows: tip positions or joint angles."""
 
     duration: float
@@ -30,29 +30,8 @@ class Path(Protocol):
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return position and velocity at ``t`` seconds after the start."""
 
-    def state(self, t: float) -> Motion:
+    def state(self, t: float) -> MotionState:
         """Return position, velocity and acceleration at ``t``: what a path that takes over starts from."""
-
-
-def minimum_jerk(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return Eq 2 and its first three derivatives at the fraction ``u`` = t / t_f of the duration, shape of ``u``.
-
-    Outside 0 … 1 the motion rests at 0 or 1; derivatives are per unit of ``u`` (divide by t_f, t_f², t_f³).
-    """
-    u = np.clip(u, 0.0, 1.0)
-    inside = (u > 0.0) & (u < 1.0)
-    s = u**3 * (10.0 + u * (6.0 * u - 15.0))
-    return (
-        s,
-        30.0 * (u * (1.0 - u)) ** 2,
-        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u),
-        (60.0 - 360.0 * u * (1.0 - u)) * inside,
-    )
-
-
-def minimum_jerk_cost(distance: float, t_f: float) -> float:
-    """Return the integrated squared jerk of Eq 1–2 over ``distance`` metres in ``t_f`` seconds: 720 d² / t_f⁵."""
-    return 720.0 * distance**2 / t_f**5
 
 
 class TileMove:
@@ -73,17 +52,17 @@ class TileMove:
         (x, y, z), (dx, dy, dz) = self._start, self._way
         return (x + s * dx, y + s * dy, z + s * dz), (rate * dx, rate * dy, rate * dz)
 
-    def state(self, t: float) -> Motion:
+    def state(self, t: float) -> MotionState:
         """Return position, velocity and acceleration at ``t`` seconds."""
         u = min(max(t / self.duration, 0.0), 1.0)
-        bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / self.duration**2
-        return *self.at(t), tuple(bend * v for v in self._way)
+        acceleration = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / self.duration**2
+        return *self.at(t), tuple(acceleration * v for v in self._way)
 
 
 class MovingStart:
     """The quintic of least jerk from a tip in motion to rest: a tile move that takes over from the one before."""
 
-    def __init__(self, motion: Motion, end: Vector, duration: float) -> None:
+    def __init__(self, motion: MotionState, end: Vector, duration: float) -> None:
         """Fix where the tip is and how it moves (m, m/s, m/s²), where it comes to rest, and the duration, seconds."""
         self.duration = t_f = float(duration)
         # Of each axis: p(t) = c0 + c1 t + … + c5 t⁵ with p, p', p'' given at 0 and at t_f.
@@ -100,7 +79,7 @@ class MovingStart:
         position, velocity, _ = self.state(t)
         return position, velocity
 
-    def state(self, t: float) -> Motion:
+    def state(self, t: float) -> MotionState:
         """Return position, velocity and acceleration at ``t`` seconds."""
         t = min(max(t, 0.0), self.duration)
         p, v, a = [], [], []
@@ -109,15 +88,6 @@ class MovingStart:
             v.append(c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
             a.append(2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)))
         return p, v, a
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """Largest velocity, acceleration and jerk, the same on each axis (m or rad, and seconds)."""
-
-    velocity: float
-    acceleration: float
-    jerk: float
 
 
 class BoundedPath:
@@ -129,7 +99,7 @@ class BoundedPath:
         """Plan from ``start`` (moving at ``velocity``, ``acceleration``; at rest where empty) to rest at ``end``.
 
         Raises:
-            StageError: Ruckig finds no trajectory.
+            NoPath: Ruckig finds no trajectory.
         """
         n = len(start)
         given = ruckig.InputParameter(n)
@@ -150,7 +120,7 @@ class BoundedPath:
         position, velocity, _ = self._path.at_time(min(max(t, 0.0), self.duration))
         return position, velocity
 
-    def state(self, t: float) -> Motion:
+    def state(self, t: float) -> MotionState:
         """Return position, velocity and acceleration at ``t`` seconds."""
         return self._path.at_time(min(max(t, 0.0), self.duration))
 
@@ -162,7 +132,7 @@ class Stop:
         """Plan from joint velocities ``qd`` (rad/s) and accelerations ``qdd`` to rest.
 
         Raises:
-            StageError: Ruckig finds no trajectory.
+            NoPath: Ruckig finds no trajectory.
         """
         n = len(qd)
         given = ruckig.InputParameter(n)
@@ -195,9 +165,7 @@ def _plan(given: Any) -> Any:
     try:
         result = ruckig.Ruckig(given.degrees_of_freedom).calculate(given, path)
     except ruckig.RuckigError as error:
-        raise StageError(
-            f"no jerk-limited path: {str(error).strip().splitlines()[0]}", cure="check robot.approach_* bounds"
-        ) from error
+        raise NoPath(f"no jerk-limited path: {str(error).strip().splitlines()[0]}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished) or not math.isfinite(path.duration):
-        raise StageError(f"no jerk-limited path: ruckig answers {result}", cure="check robot.approach_* bounds")
+        raise NoPath(f"no jerk-limited path: ruckig answers {result}")
     return path

@@ -6,19 +6,45 @@ the subject's left, lies to the arm's right. The arm looks along −x of its fra
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hrcneuro.errors import ConfigError
+from hrcneuro.paradigm.grid import CENTRE, SIZE, distance, neighbours
 from hrcneuro.robot import kinematics
-from hrcneuro.robot.cell import GRID, Cell
+from hrcneuro.robot.cell import Cell, Position
 from hrcneuro.robot.limits import MAX_SPEED
-from hrcneuro.robot.trajectory import minimum_jerk
+from hrcneuro.robot.minimum_jerk import minimum_jerk
 
 # The tool points down (−z); its x axis looks back at the arm.
 DOWN = np.diag([-1.0, 1.0, -1.0])
+
+
+class Flaw(enum.Enum):
+    """What a cell, or a way in it, asks of the arm that it cannot do."""
+
+    NO_ROOM = enum.auto()  # the heights of tool and box contradict each other
+    OUT_OF_BOX = enum.auto()
+    OUT_OF_REACH = enum.auto()
+    SINGULAR = enum.auto()
+
+
+class CellError(ValueError):
+    """The arm cannot work in the cell; ``flaw`` says in a word why."""
+
+    def __init__(self, flaw: Flaw, problem: str) -> None:
+        super().__init__(flaw, problem)
+        self.flaw = flaw
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return self.problem
+
+
+class WayError(CellError):
+    """The tip cannot go a way."""
 
 
 @dataclass(frozen=True)
@@ -37,35 +63,26 @@ class Workspace:
         """Place the grid and solve every tile.
 
         Raises:
-            ConfigError: The box leaves no room, a tile is out of reach, or one lies too near a singularity.
+            CellError: The box leaves no room, a tile is out of reach, or one lies too near a singularity.
         """
         self.cell = cell
-        self.height = cell.screen_height + cell.hover - cell.base_height
-        floor, ceiling = cell.screen_height - cell.base_height + np.array([cell.floor, cell.ceiling])
-        half, far = GRID * cell.tile / 2 + cell.margin, cell.near_edge + GRID * cell.tile + cell.margin
-        side = -cell.sideways
-        self.box = (
-            (-far, side - half, float(floor)),
-            (-(cell.near_edge - cell.margin), side + half, float(ceiling)),
-        )
+        self.height, self.box = cell.height, cell.box
         if not cell.floor < cell.hover < cell.ceiling or not cell.floor < cell.home < cell.ceiling:
-            raise ConfigError(
-                f"robot.cell: the tool hovers at {cell.hover} m and rests at {cell.home} m above the screen; the "
+            raise CellError(
+                Flaw.NO_ROOM,
+                f"the tool hovers at {cell.hover} m and rests at {cell.home} m above the screen; the "
                 f"keep-inside box reaches from {cell.floor} to {cell.ceiling} m",
-                cure="choose robot.cell.hover and robot.cell.home between floor and ceiling",
             )
         self.reach = self._solve()
 
-    def position(self, row: int, col: int) -> tuple[float, float, float]:
-        """Return the tip's position over the centre of a tile, (x, y, z) in ``base``, metres."""
-        x = -(self.cell.near_edge + (row + 0.5) * self.cell.tile)
-        return x, -self.cell.sideways + ((GRID - 1) / 2 - col) * self.cell.tile, self.height
+    def position(self, row: int, col: int) -> Position:
+        """Return the tip's position over the centre of a tile."""
+        return self.cell.position(row, col)
 
     def tile(self, position: Sequence[float] | np.ndarray) -> tuple[int, int]:
         """Return (row, column) of the tile nearest to a tip position (x, y, …) in ``base``."""
-        row = (-float(position[0]) - self.cell.near_edge) / self.cell.tile - 0.5
-        col = (GRID - 1) / 2 - (float(position[1]) + self.cell.sideways) / self.cell.tile
-        return int(np.clip(np.rint(row), 0, GRID - 1)), int(np.clip(np.rint(col), 0, GRID - 1))
+        row, col = self.cell.steps(float(position[0]), float(position[1]))
+        return int(np.clip(np.rint(row), 0, SIZE - 1)), int(np.clip(np.rint(col), 0, SIZE - 1))
 
     def inside(self, position: Sequence[float] | np.ndarray) -> bool:
         """Return whether a tip position lies in the keep-inside box."""
@@ -80,29 +97,25 @@ class Workspace:
             near: Joint angles near the start, shape (6,).
 
         Raises:
-            ConfigError: Names the place and what is wrong with it.
+            WayError: With the place and what is wrong with it.
         """
         q = near
         for share in np.linspace(0.0, 1.0, 9):
             place = tuple((1 - share) * a + share * b for a, b in zip(start, end, strict=True))
             at = "({:.3f}, {:.3f}, {:.3f}) m".format(*place)
             if not self.inside(place):
-                raise ConfigError(
-                    f"the way leads through {at}, outside the keep-inside box", cure="widen the box in robot.cell"
-                )
+                raise WayError(Flaw.OUT_OF_BOX, f"the way leads through {at}, outside the keep-inside box")
             try:
                 q = kinematics.inverse(pose(place), q, tool=self.cell.tool)
             except kinematics.Unreachable as error:
-                raise ConfigError(
-                    f"the way leads through {at}, which the arm does not reach: {error}",
-                    cure="bring the cell nearer to the arm (robot.cell)",
-                ) from error
+                problem = f"the way leads through {at}, which the arm does not reach: {error}"
+                raise WayError(Flaw.OUT_OF_REACH, problem) from error
             least = float(np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)[-1])
             if least < self.cell.min_singular_value:
-                raise ConfigError(
+                raise WayError(
+                    Flaw.SINGULAR,
                     f"the way leads through {at}, where the smallest singular value of the Jacobian is {least:.3f}; at "
                     f"least {self.cell.min_singular_value} is asked for",
-                    cure="move the cell away from the arm's singular region (robot.cell)",
                 )
 
     def doubtful(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -128,11 +141,11 @@ class Workspace:
     def home(self) -> np.ndarray:
         """Return the joint angles of the home position above the grid's centre, shape (6,), radians."""
         above = pose(self.home_position())
-        return kinematics.inverse(above, self.reach.q[GRID // 2, GRID // 2], tool=self.cell.tool)
+        return kinematics.inverse(above, self.reach.q[CENTRE], tool=self.cell.tool)
 
-    def home_position(self) -> tuple[float, float, float]:
+    def home_position(self) -> Position:
         """Return the tip's home position above the grid's centre, (x, y, z) in ``base``, metres."""
-        x, y, z = self.position(GRID // 2, GRID // 2)
+        x, y, z = self.position(*CENTRE)
         return x, y, z - self.cell.hover + self.cell.home
 
     def move_peaks(self, starts: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,49 +171,39 @@ class Workspace:
         Args:
             t_f: Duration of the moves, seconds.
         """
-        ways = [
-            ((r, c), (r + dr, c + dc))
-            for r, c in np.ndindex(GRID, GRID)
-            for dr, dc in ((0, 1), (1, 0), (0, -1), (-1, 0))
-            if 0 <= r + dr < GRID and 0 <= c + dc < GRID
-        ]
+        ways = [((r, c), end) for r, c in np.ndindex(SIZE, SIZE) for end in neighbours((r, c))]
         starts, ends = (np.array([way[i] for way in ways]) for i in (0, 1))
         speed, _ = self.move_peaks(starts, ends)
-        share = np.zeros((GRID, GRID))
+        share = np.zeros((SIZE, SIZE))
         np.maximum.at(share, tuple(starts.T), (speed / t_f / np.array(MAX_SPEED)).max(axis=1))
         return share
 
     def _solve(self) -> Reach:
-        middle = GRID // 2
-        q = np.zeros((GRID, GRID, 6))
+        q = np.zeros((SIZE, SIZE, 6))
         seed = np.radians(self.cell.seed_deg)
-        order = sorted(np.ndindex(GRID, GRID), key=lambda t: (abs(t[0] - middle) + abs(t[1] - middle), t))
+        order = sorted(np.ndindex(SIZE, SIZE), key=lambda tile: (distance(tile, CENTRE), tile))
         for row, col in order:
-            if (row, col) != (middle, middle):
-                # One step nearer to the centre is solved already.
-                near = (
-                    (row - int(np.sign(row - middle)), col)
-                    if row != middle
-                    else (row, col - int(np.sign(col - middle)))
-                )
-                seed = q[near]
+            if (row, col) != CENTRE:
+                # One step nearer to the centre, first along the column, is solved already.
+                down, right = np.sign(np.subtract((row, col), CENTRE))
+                seed = q[(row - down, col) if down else (row, col - right)]
             try:
                 q[row, col] = kinematics.inverse(pose(self.position(row, col)), seed, tool=self.cell.tool)
             except kinematics.Unreachable as error:
                 x, y, z = self.position(row, col)
-                raise ConfigError(
-                    f"robot.cell: the arm does not reach tile ({row}, {col}), {np.hypot(x, y):.3f} m from its axis and "
+                raise CellError(
+                    Flaw.OUT_OF_REACH,
+                    f"the arm does not reach tile ({row}, {col}), {np.hypot(x, y):.3f} m from its axis and "
                     f"{abs(z):.3f} m {'below' if z < 0 else 'above'} its base: {error}",
-                    cure="change robot.cell.base_height, near_edge or tool",
                 ) from error
         values = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)
         reach = Reach(q, values[..., -1], values[..., 0] / values[..., -1])
-        row, col = np.unravel_index(int(np.argmin(reach.singular_value)), (GRID, GRID))
+        row, col = np.unravel_index(int(np.argmin(reach.singular_value)), (SIZE, SIZE))
         if reach.singular_value[row, col] < self.cell.min_singular_value:
-            raise ConfigError(
-                f"robot.cell: on tile ({row}, {col}) the smallest singular value of the Jacobian is "
+            raise CellError(
+                Flaw.SINGULAR,
+                f"on tile ({row}, {col}) the smallest singular value of the Jacobian is "
                 f"{reach.singular_value[row, col]:.3f}; at least {self.cell.min_singular_value} is asked for",
-                cure="move the grid away from the arm's singular region (base_height, near_edge, tool)",
             )
         return reach
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hrcneuro.errors import ConfigError
-from hrcneuro.sources import options
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,9 +24,9 @@ class Source(Protocol):
     @property
     def seed(self) -> int: ...
     @property
-    def session(self) -> options.Session: ...
+    def session(self) -> SessionParams: ...
     @property
-    def timing(self) -> options.Timing: ...
+    def timing(self) -> TimingParams: ...
 
 
 def study_rules(config: Source, subjects: Iterable[str]) -> pd.DataFrame:
@@ -63,8 +63,8 @@ def listed(rules: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rules in plain types, for JSON; what cannot be measured is None."""
     names = ("rule", "measured", "target", "ok")
     rows = zip(*(rules[name].tolist() for name in names), strict=True)
-    found = [dict(zip(names, row, strict=True)) for row in rows]
-    return [one | {"measured": None if math.isnan(one["measured"]) else one["measured"]} for one in found]
+    plain = [dict(zip(names, row, strict=True)) for row in rows]
+    return [one | {"measured": None if math.isnan(one["measured"]) else one["measured"]} for one in plain]
 
 
 def _number(value: float | None) -> str:

@@ -149,17 +149,17 @@ def _own_positions(recording: Recording) -> mne.channels.DigMontage | None:
 
     if recording.montage is None:
         return None
-    found = recording.montage.get_positions()
+    known = recording.montage.get_positions()
     eeg = {recording.ch_names[i] for i in recording.picks("eeg")}
     places = {
         name: place
-        for name, place in (found["ch_pos"] or {}).items()
+        for name, place in (known["ch_pos"] or {}).items()
         if name in eeg and np.isfinite(place).all() and np.any(place)
     }
     if not places:
         return None
-    marks = {name: found[name] for name in ("nasion", "lpa", "rpa")}
-    return mne.channels.make_dig_montage(places, coord_frame=found["coord_frame"], **marks)
+    marks = {name: known[name] for name in ("nasion", "lpa", "rpa")}
+    return mne.channels.make_dig_montage(places, coord_frame=known["coord_frame"], **marks)
 
 
 def standard_montage() -> mne.channels.DigMontage:

@@ -24,8 +24,8 @@ def read_eeg(folder: str, subject: str) -> Recording:
     return read_recording(dataset_files(folder, subject)["set"])
 
 
-def read_trials(folder: str, subject: str, recording: Recording) -> pd.DataFrame:
-    """Return a subject's annotated log; where it cannot be used, the message also shows the recording's markers.
+def read_moves(folder: str, subject: str, recording: Recording) -> pd.DataFrame:
+    """Return the annotated moves of a subject's log; where it cannot be used, the message shows the markers, too.
 
     Raises:
         DataError: The log is missing, truncated or contradicts its metadata.
@@ -52,7 +52,7 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
         DataError, ConfigError: Files, markers or log cannot be used together; the message says where they differ.
     """
     recording = read_eeg(folder, subject)
-    trials = read_trials(folder, subject, recording)
+    trials = read_moves(folder, subject, recording)
     match = match_onsets(recording.markers, trials, event=onset_event, subject=subject)
     recording.notes += match.notes
     return recording, place(trials, match)

@@ -37,10 +37,10 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
             cure="name one of them, or point acquire.path to the folder that holds the subject",
         )
     number = subject.lstrip("s")
-    found = {"log": home / f"subject{number}.csv"}
+    files = {"log": home / f"subject{number}.csv"}
     if eeg:
-        found["set"] = home / f"{subject}.set"
-    for label, path in found.items():
+        files["set"] = home / f"{subject}.set"
+    for label, path in files.items():
         if not path.is_file():
             raise DataError(
                 f"{subject} has no {path.name} ({'recording' if label == 'set' else 'log'}); "
@@ -48,7 +48,7 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
                 cure=_missing(label),
             )
     optional = {"metadata": home / f"metadata{number}.csv"} | ({"fdt": home / f"{subject}.fdt"} if eeg else {})
-    return found | {label: path for label, path in optional.items() if path.is_file()}
+    return files | {label: path for label, path in optional.items() if path.is_file()}
 
 
 def recording_files(pattern: str, subject: str) -> dict[str, Path]:
@@ -116,8 +116,8 @@ def _companions(path: Path) -> dict[str, Path]:
     if name.endswith(".vhdr"):
         keys = {"DataFile": "data", "MarkerFile": "markers"}
         text = path.read_text(encoding="utf-8", errors="replace")
-        found = {keys[m[1]]: m[2].strip() for m in re.finditer(r"^(DataFile|MarkerFile)=(.*)$", text, re.MULTILINE)}
-        files = {label: path.parent / file.replace("$b", path.stem) for label, file in found.items() if file}
+        named = {keys[m[1]]: m[2].strip() for m in re.finditer(r"^(DataFile|MarkerFile)=(.*)$", text, re.MULTILINE)}
+        files = {label: path.parent / file.replace("$b", path.stem) for label, file in named.items() if file}
     elif name.endswith(".set"):
         files = {"fdt": path.with_suffix(".fdt")}
     elif name.endswith(".fif"):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.errors import DataError, did_you_mean
+from hrcneuro.paradigm.design import MOVE
 from hrcneuro.sources import words
 from hrcneuro.sources.layout import dataset_files, refuse_pointer
 
@@ -180,7 +181,7 @@ def _trials(log: pd.DataFrame, path: Path) -> pd.DataFrame:
             "row": log["row"],
             "col": log["col"],
             "key_wrong": key_wrong,
-            "event": "move",
+            "event": MOVE,
         }
     )
 

@@ -48,7 +48,7 @@ def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = ""
             cure="check that the recording was saved with its events",
         )
     wanted = _wanted(trials)
-    names = _named(event, markers) if event else _found(markers, set(wanted), subject)
+    names = _named(event, markers) if event else _by_count(markers, set(wanted), subject)
     onsets = _onsets(markers, names)
     if len(onsets) not in wanted:
         raise DataError(
@@ -150,7 +150,7 @@ def _named(event: str, markers: pd.DataFrame) -> list[str]:
     return names
 
 
-def _found(markers: pd.DataFrame, wanted: set[int], subject: str) -> list[str]:
+def _by_count(markers: pd.DataFrame, wanted: set[int], subject: str) -> list[str]:
     """Return the only code whose count fits, or none."""
     fits = [name for name, count in histogram(markers).items() if count in wanted]
     if len(fits) > 1:

@@ -23,10 +23,18 @@ _SIGNALS = ("eeg", "eog")
 class Recording:
     """A continuous recording.
 
-    ``data``: channels × samples, volts (stim channels: codes). ``markers``: columns onset_s (from the first sample, not
-    rounded to one) and event, in order of time. ``breaks_s``: where a new segment begins, the first one left out.
-    ``spans``: stretches marked bad, as (onset_s, duration_s, text). ``montage``: EEG positions, where known.
-    ``bads``: channels marked bad beforehand. ``file_names``: name here -> name in the file, where they differ.
+    Attributes:
+        data: ndarray, shape (n_channels, n_times), V (stim channels: codes).
+        ch_names, ch_types: The channels, in the order of the rows.
+        sfreq: Sampling rate, in Hz.
+        markers: Columns onset_s (from the first sample, not rounded to one) and event, in order of time.
+        breaks_s: Where a new segment begins, the first one left out.
+        spans: Stretches marked bad, as (onset_s, duration_s, text).
+        montage: EEG positions, where known.
+        units: Unit that each channel's numbers were taken for.
+        bads: Channels marked bad beforehand.
+        file_names: Name here -> name in the file, where they differ.
+        notes: What a person may want to know of the reading, a sentence each.
     """
 
     data: np.ndarray
@@ -66,11 +74,6 @@ def markers_of(onsets_s: np.ndarray | list[float], events: list[str]) -> pd.Data
     """Return a marker table (onset_s, event) in order of time; simultaneous markers keep their order."""
     table = pd.DataFrame({"onset_s": np.asarray(onsets_s, float), "event": pd.Series(events, dtype=object)})
     return table.sort_values("onset_s", kind="stable", ignore_index=True)
-
-
-def onset_samples(onsets_s: np.ndarray, sfreq: float) -> np.ndarray:
-    """Return the nearest sample to each onset, 0 the first of the recording."""
-    return np.rint(np.asarray(onsets_s, float) * sfreq).astype(np.int64)
 
 
 def check_signals(recording: Recording) -> None:
@@ -125,8 +128,13 @@ def _check_unit(recording: Recording) -> None:
 def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -> mne.io.BaseRaw:
     """Return the recording as MNE's type, with nothing in it but signals, positions, events and breaks.
 
-    ``onsets`` (onset_sample, event) become annotations; a break becomes ``BAD boundary`` and ``EDGE boundary`` at the
-    first sample of the new segment, as MNE itself marks joins. Date, device, names and comments stay behind.
+    A break becomes ``BAD boundary`` and ``EDGE boundary`` at the first sample of the new segment, as MNE itself marks
+    joins. Date, device, names and comments stay behind.
+
+    Args:
+        recording: As read or simulated.
+        onsets: Columns onset_sample and event: they become annotations.
+        reference: What the channels were recorded against, where known.
     """
     import mne
 

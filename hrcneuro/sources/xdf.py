@@ -138,10 +138,10 @@ def _place(recording: Recording, stamps: np.ndarray, marks: list[dict[str, Any]]
 def _channels(stream: dict[str, Any]) -> list[dict[str, str]]:
     """Return the description of each channel as plain strings; an empty list where there is none."""
     try:
-        found = stream["info"]["desc"][0]["channels"][0]["channel"]
+        channels = stream["info"]["desc"][0]["channels"][0]["channel"]
     except (KeyError, IndexError, TypeError):
         return []
-    return [{key: value[0] for key, value in one.items() if value and isinstance(value[0], str)} for one in found]
+    return [{key: value[0] for key, value in one.items() if value and isinstance(value[0], str)} for one in channels]
 
 
 def _info(stream: dict[str, Any], key: str) -> str:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Stage, Work, option
+from hrcneuro.eeg.synthetic import SyntheticParams
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import layout
-from hrcneuro.sources.options import Eeg, Session, Timing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,9 +60,9 @@ class Config:
     )
     reference: str = option("", "reference of the recording, for the record")
     stream: str = option("", "XDF: name of the EEG stream, where there are several")
-    session: Session = option(Session(), "simulated session")
-    timing: Timing = option(Timing(), "when simulated moves begin")
-    eeg: Eeg = option(Eeg(), "synthetic recording")
+    session: SessionParams = option(SessionParams(), "simulated session")
+    timing: TimingParams = option(TimingParams(), "when simulated moves begin")
+    eeg: SyntheticParams = option(SyntheticParams(), "synthetic recording")
 
 
 def check(config: Config) -> list[str]:
@@ -69,21 +70,21 @@ def check(config: Config) -> list[str]:
     from hrcneuro.errors import did_you_mean
 
     kinds = ("eeg", "eog", "ecg", "emg", "misc", "stim")
-    found = [
+    mistakes = [
         f"channel_types.{name} = {kind!r}{did_you_mean(kind, kinds)}; allowed: {', '.join(kinds)}"
         for name, kind in config.channel_types.items()
         if kind not in kinds
     ]
-    found += _unused(config)
+    mistakes += _unused(config)
     timing = config.timing
     if timing.t_f_min_s > timing.t_f_max_s:
-        found.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
+        mistakes.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
     if config.eeg.line_uv and config.eeg.line_hz >= config.sfreq / 2:
-        found.append(
+        mistakes.append(
             f"eeg.line_hz = {config.eeg.line_hz:g} lies above the Nyquist frequency of sfreq = {config.sfreq:g}; "
             "raise sfreq or set eeg.line_uv = 0"
         )
-    return found
+    return mistakes
 
 
 def _unused(config: Config) -> Iterator[str]:
@@ -116,15 +117,16 @@ def sources(config: Config, unit: str) -> dict[str, Path]:
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Write ``{unit}_raw.fif`` and ``trials.parquet`` (synthetic: also ``truth*``); return the summary."""
     from hrcneuro.io.fif import write_raw
-    from hrcneuro.sources import channels, recording, trials
-    from hrcneuro.sources.truth import write_truth
+    from hrcneuro.sources import channels, recording
+    from hrcneuro.tables.trials import write_trials
+    from hrcneuro.tables.truth import write_truth
 
     unit = inputs.unit
     signals, table, truth = _read(config, unit)
     recording.check_signals(signals)
     raw = recording.to_raw(signals, table.dropna(subset=["onset_sample"]), reference=_reference(config))
     write_raw(raw, out / f"{unit}_raw.fif")
-    trials.write(table, out / "trials.parquet")
+    write_trials(table, out)
     if truth is not None:
         write_truth(truth, out)
     return _summary(config, signals, table, channels.without_position(raw))
@@ -148,17 +150,17 @@ def render(view: dict[str, Any]) -> str:
 
 def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any] | None]:
     """Return recording, trial table and, where it is known, the truth."""
-    from hrcneuro.sources import trials
+    from hrcneuro.tables.trials import event_trials, study_trials
 
     if config.source in ("synthetic", "semisynthetic"):
         signals, moves, truth = _simulate(config, unit)
-        return signals, trials.study_trials(moves, unit, signals.sfreq), truth
+        return signals, study_trials(moves, unit, signals.sfreq), truth
     if config.source == "dataset":
         from hrcneuro.sources.dataset import read_study
 
         signals, moves = read_study(config.path, unit, onset_event=config.onset_event)
         _shape(config, signals)
-        return signals, trials.study_trials(moves, unit, signals.sfreq), None
+        return signals, study_trials(moves, unit, signals.sfreq), None
     from hrcneuro.sources.events import select_events
     from hrcneuro.sources.formats import read_recording
 
@@ -166,7 +168,7 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
     _shape(config, signals)
     events, notes = select_events(signals.markers, config.event_map)
     signals.notes += notes
-    return signals, trials.event_trials(events, unit, signals.sfreq), None
+    return signals, event_trials(events, unit, signals.sfreq), None
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -226,7 +228,7 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
     inspection.attempt(view, lambda: check_signals(signals))
     view["recording"] = inspection.view_recording(signals)
     if study:
-        log = dataset.read_trials(config.path, unit, signals)
+        log = dataset.read_moves(config.path, unit, signals)
         view["log"] = inspection.view_log(log)
         view["notes"] = match_onsets(signals.markers, log, event=config.onset_event, subject=unit).notes
     else:
@@ -261,6 +263,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
 
 STAGE = Stage(
     name="acquire",
+    title="Recordings",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "mne", "pymatreader"),
     check=check,

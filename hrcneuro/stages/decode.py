@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.analyses.contrasts import read_trials
+from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.decoding.refusals import (
@@ -106,8 +106,9 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     from hrcneuro.analyses.decode_subject import SubjectRows
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
-    from hrcneuro.eeg.selection import ALL, scenarios
+    from hrcneuro.eeg.selection import ALL
     from hrcneuro.io.tables import write_table
+    from hrcneuro.io.trials import read_trials
 
     epochs = read_trials(inputs)
     table = epochs.table
@@ -122,7 +123,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             times_s=epochs.times,
             scheme=config,
         )
-        for scenario, inside in scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
+        for scenario, inside in configured.scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
             for name, (class1, class2) in config.problems.items():
                 rows = np.flatnonzero(inside & (members[class1] | members[class2]))
                 trials = _trials(table.iloc[rows], members[class2][rows])
@@ -160,10 +161,8 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return condition -> which rows belong to it, for the conditions that problems use."""
-    from hrcneuro.eeg.selection import matching
-
     used = {name for classes in config.problems.values() for name in classes}
-    rows = matching(table, {name: query for name, query in config.conditions.items() if name in used})
+    rows = configured.matching(table, {name: query for name, query in config.conditions.items() if name in used})
     for problem, classes in config.problems.items():
         both = int((rows[classes[0]] & rows[classes[1]]).sum())
         if both:
@@ -187,6 +186,7 @@ def _trials(rows: pd.DataFrame, labels: np.ndarray) -> LabelledTrials:
 
 STAGE = Stage(
     name="decode",
+    title="Single-trial decoding",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann"),
     check=check,

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from hrcneuro.eeg.epochs import Window
     from hrcneuro.eeg.resample import Ratio
-    from hrcneuro.io.tables import Table
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """
     from hrcneuro.eeg.epochs import Window, candidates, cut, judge, tally
     from hrcneuro.io.fif import read_raw, read_samples, write_epochs
-    from hrcneuro.io.tables import read_table, write_table
+    from hrcneuro.io.tables import read_table
+    from hrcneuro.tables.epoch import write_conditions
 
     trials = candidates(read_table(inputs.path("acquire", "trials.parquet"))).reset_index(drop=True)
     if trials.empty:
@@ -75,7 +75,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     pieces = cut(data, onsets[kept], window)
     del data
     write_epochs(_to_mne(pieces, raw, trials, onsets, reasons, window), out / f"{inputs.unit}_epo.fif")
-    write_table(counts.rename(columns=_column), out / "conditions.parquet", _conditions_table())
+    write_conditions(counts, out)
     return summary
 
 
@@ -129,39 +129,6 @@ def _distinct(samples: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(samples - steps) + steps
 
 
-def _column(name: str) -> str:
-    from hrcneuro.eeg.epochs import REASONS
-
-    return name.replace(" ", "_") if name in REASONS else name
-
-
-def _conditions_table() -> Table:
-    from hrcneuro.eeg.epochs import REASONS
-    from hrcneuro.io.tables import Column, Table
-
-    return Table(
-        1,
-        "one row a scenario × case × position; an epoch is counted at both of its positions",
-        {
-            "scenario": Column("category", "", "sC, iC; all in a study without scenarios"),
-            "case": Column("category", "", "HH, HR, RR, RH; the event's name in another study"),
-            "position": Column("category", "", "before: the move is tr-1; after: it is tr; event in another study"),
-            "kept": Column("int", "epochs", "good epochs"),
-            "rejected": Column("int", "epochs", "rejected epochs, for the reasons in the columns that follow"),
-            **{_column(reason): Column("int", "epochs", f"rejected: {_MEANING[reason]}") for reason in REASONS},
-        },
-    )
-
-
-_MEANING = {
-    "no onset": "the move has no onset in the recording",
-    "outside": "the epoch leaves the recording",
-    "boundary": "the epoch crosses a discontinuity",
-    "marked": "the epoch touches a stretch that was marked bad",
-    "amplitude": "|amplitude| above the limit",
-}
-
-
 def _summary(
     config: Config, trials: pd.DataFrame, reasons: np.ndarray, counts: pd.DataFrame, window: Window
 ) -> dict[str, Any]:
@@ -205,6 +172,7 @@ def _listed(reasons: dict[str, int]) -> str:
 
 STAGE = Stage(
     name="epoch",
+    title="Trials and conditions",
     config=Config,
     libraries=("numpy", "mne", "pandas", "pyarrow"),
     check=check,

@@ -2,69 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Inputs, Read, Stage, Work, option
-from hrcneuro.errors import DataError
+from hrcneuro.eeg.params import CleaningParams
+from hrcneuro.errors import ConfigError, Cures, DataError, cured
 
 if TYPE_CHECKING:
     import mne
     import numpy as np
 
-    from hrcneuro.eeg.cleaning import Cleaned, Recipe, Signals
+    from hrcneuro.eeg.cleaning import Cleaned, Signals
+
+
+_LOOK = "look at the recording: hrcneuro acquire SUBJECT --inspect"
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(CleaningParams):
     """Options of the stage; the defaults are the paper's."""
 
-    l_freq: float = option(1.0, "lower edge of the pass band", unit="Hz", low=0, open_low=True)
-    h_freq: float = option(40.0, "upper edge of the pass band", unit="Hz", low=0, open_low=True)
-    sfreq: float = option(512.0, "sampling rate to come down to; a slower recording keeps its own", unit="Hz", low=1)
-    filter: str = option(
-        "zero_phase",
-        "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass, fourth-order low-pass; sfreq looks ahead",
-        choices=("zero_phase", "causal"),
-    )
-    transition: str = option(
-        "achieved",
-        "transition bands of zero_phase: as the order makes them, or as asked for (pop_eegfiltnew without an order)",
-        choices=("achieved", "requested"),
-    )
-    causal_l_freq: float = option(0.1, "high-pass of the causal filter", unit="Hz", low=0, open_low=True)
-    eog: str = option("regression", "how eye movements are removed", choices=("regression", "none"))
-    eog_offset: bool = option(
-        True, "the regression also removes each channel's mean, as BIOSIG's does; false: as MNE's EOGRegression"
-    )
-    bad_channels: str = option("kurtosis", "how contaminated channels are found", choices=("kurtosis", "none"))
-    threshold: float = option(
-        2.0, "channels whose normalised kurtosis lies further from the mean are bad", unit="SD", low=0, open_low=True
-    )
-    interpolation: str = option(
-        "eeglab",
-        "splines for bad channels: as EEGLAB computes them, or Perrin's (MNE; better for new studies)",
-        choices=("eeglab", "perrin"),
-    )
-    unplaced: str = option(
-        "error", "what becomes of a bad channel whose position is unknown", choices=("error", "drop", "keep")
-    )
-    reference: str = option("average", "reference of the clean EEG; none: as recorded", choices=("average", "none"))
     keep_steps: bool = option(False, "write the EEG after every step to steps.npz (large)")
 
 
 def check(config: Config) -> list[str]:
     """Return what contradicts itself in the options."""
-    found = []
+    mistakes = []
     low = ("causal_l_freq", config.causal_l_freq) if config.filter == "causal" else ("l_freq", config.l_freq)
     if low[1] >= config.h_freq:
-        found.append(f"preprocess.{low[0]} = {low[1]:g} Hz must lie below preprocess.h_freq = {config.h_freq:g} Hz")
+        mistakes.append(f"preprocess.{low[0]} = {low[1]:g} Hz must lie below preprocess.h_freq = {config.h_freq:g} Hz")
     if config.h_freq >= config.sfreq / 2:
-        found.append(
+        mistakes.append(
             f"preprocess.h_freq = {config.h_freq:g} Hz must lie below half of preprocess.sfreq = {config.sfreq:g} Hz"
         )
-    return found
+    return mistakes
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -85,7 +58,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     n_source = signals.data.shape[1]
     with ExitStack() as stack:
         keep = stack.enter_context(files.Steps(out / "steps.npz")) if config.keep_steps else None
-        cleaned = clean(signals, _recipe(config), **({"on_step": keep.add} if keep else {}))
+        with cured(_cures()):
+            cleaned = clean(signals, config, **({"on_step": keep.add} if keep else {}))
         if keep:
             keep.describe(signals, cleaned, _taps(config, raw.info["sfreq"]))
     files.write_quality(cleaned, signals, out)
@@ -111,14 +85,14 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
     data = read_samples(raw, [*eeg, *eog], 1e6)
-    found = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
-    found[~np.any(found != 0, axis=1)] = np.nan
+    positions = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
+    positions[~np.any(positions != 0, axis=1)] = np.nan
     return Signals(
         data,
         float(raw.info["sfreq"]),
         [raw.ch_names[i] for i in eeg],
         [raw.ch_names[i] for i in eog],
-        found - _centre(raw, found, config.interpolation),
+        positions - _centre(raw, positions, config.interpolation),
         borders(raw.annotations.onset, raw.annotations.description, raw.info["sfreq"]),
         frozenset(raw.info["bads"]),
     )
@@ -143,12 +117,48 @@ def _centre(raw: mne.io.BaseRaw, positions: np.ndarray, method: str) -> np.ndarr
     return sphere_centre(positions[np.isfinite(positions).all(axis=1)])
 
 
-def _recipe(config: Config) -> Recipe:
-    from hrcneuro.eeg.cleaning import Recipe
+def _cures() -> Cures:
+    """Return what a user can do about each reason for which a recording cannot be cleaned."""
+    from hrcneuro.eeg import refusals
 
-    options = asdict(config)
-    del options["keep_steps"]
-    return Recipe(**options)
+    return {
+        refusals.BandError: (ConfigError, "set preprocess.l_freq and preprocess.h_freq inside 0–{nyquist:g} Hz"),
+        refusals.RateError: (
+            ConfigError,
+            "set preprocess.sfreq to {least} Hz or more, or lower preprocess.h_freq",
+        ),
+        refusals.NotFiniteError: (
+            DataError,
+            "repair the recording, or leave the channel out: acquire.drop = [{channel!r}]",
+        ),
+        refusals.NoEogError: (
+            DataError,
+            "set preprocess.eog = 'none', or say which channels are EOG: acquire.channel_types = {{NAME = 'eog'}}",
+        ),
+        refusals.MarkedEogError: (
+            DataError,
+            "set preprocess.eog = 'none', or unmark one that can serve (acquire.bads, or in the file)",
+        ),
+        # Flat and marked channels are bad whatever the kurtosis step does.
+        refusals.AllBadError: (DataError, _LOOK),
+        refusals.AllRejectedError: (
+            DataError,
+            f"{_LOOK}; preprocess.bad_channels = 'none' keeps those rejected by kurtosis",
+        ),
+        refusals.NoPositionError: (
+            DataError,
+            "give positions (acquire.montage), or set preprocess.unplaced = 'drop' to leave such channels out "
+            "('keep' to leave them as they are)",
+        ),
+        refusals.FewGoodError: (
+            DataError,
+            "at least {least} are needed: give positions (acquire.montage) or set preprocess.bad_channels = 'none'",
+        ),
+        refusals.LoneChannelError: (
+            DataError,
+            "set preprocess.reference = 'none', or take more EEG channels into the recording",
+        ),
+    }
 
 
 def _taps(config: Config, sfreq: float) -> np.ndarray | None:
@@ -175,10 +185,10 @@ def _clean_raw(raw: mne.io.BaseRaw, cleaned: Cleaned, config: Config) -> mne.io.
             info["custom_ref_applied"] = FIFF.FIFFV_MNE_CUSTOM_REF_ON
     info["bads"] = []
     cleaned.eeg *= 1e-6
-    made = mne.io.RawArray(cleaned.eeg, info, verbose="error")
+    clean = mne.io.RawArray(cleaned.eeg, info, verbose="error")
     marks = raw.annotations
-    made.set_annotations(mne.Annotations(marks.onset, marks.duration, marks.description), verbose="error")
-    return made
+    clean.set_annotations(mne.Annotations(marks.onset, marks.duration, marks.description), verbose="error")
+    return clean
 
 
 def _summary(raw: mne.io.BaseRaw, signals: Signals, cleaned: Cleaned, config: Config) -> dict[str, Any]:
@@ -195,12 +205,23 @@ def _summary(raw: mne.io.BaseRaw, signals: Signals, cleaned: Cleaned, config: Co
         "interpolation": config.interpolation,
         "interpolated": [name for name, yes in zip(names, cleaned.interpolated, strict=True) if yes],
         "bad": {name: why for name, why in zip(names, cleaned.reason, strict=True) if why},
-        "warnings": list(cleaned.warnings),
+        "warnings": [*cleaned.warnings, *_ahead(signals, cleaned, config)],
     }
+
+
+def _ahead(signals: Signals, cleaned: Cleaned, config: Config) -> list[str]:
+    """Return a sentence where the filter is causal and what follows it is not."""
+    if config.filter != "causal" or not cleaned.ahead_ms:
+        return []
+    return [
+        f"the filter is causal, the down-sampling after it is not: it looks up to {cleaned.ahead_ms} ms ahead; "
+        f"preprocess.sfreq = {signals.sfreq:g} leaves it out"
+    ]
 
 
 STAGE = Stage(
     name="preprocess",
+    title="Signal quality",
     config=Config,
     libraries=("numpy", "scipy", "mne", "pandas", "pyarrow"),
     check=check,

@@ -4,46 +4,32 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.arms.connection import Connection
 from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option
-from hrcneuro.errors import HardwareError, StageError, StageInterrupted
+from hrcneuro.errors import ConfigError, DataError, HardwareError, HrcError, StageError, StageInterrupted, cured
 from hrcneuro.robot.cell import Cell
+from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
+from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import pandas as pd
+
     from hrcneuro.robot.backend import Backend, Clock
     from hrcneuro.robot.loop import Loop, OnOnset
-    from hrcneuro.robot.plan import Move
-    from hrcneuro.robot.session import Done, Pace
+    from hrcneuro.robot.plan import PlannedMove
+    from hrcneuro.robot.session import Executed
     from hrcneuro.robot.workspace import Workspace
-
-FIGURES = {
-    "robot.png": "The tip over the tiles, its distance from the reference, and when it comes into the 2 mm radius",
-    "timing.png": "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's",
-    "reach.png": "The cell, how far each of its tiles is from a singularity, and how fast the joints must turn there",
-}
 
 
 @dataclass(frozen=True)
-class Config:
-    """Which moves are replayed, on which arm, and how it is driven."""
+class Config(Pace, Safety, Tracking, Durations, Selection, Connection):
+    """Which moves are replayed, on which arm, how it is driven, and who is told of every onset."""
 
-    backend: str = option(
-        "sim", "the arm: sim in-process on a virtual clock, ursim a simulated controller, ur a UR10, ros behind ROS",
-        choices=("sim", "ursim", "ur", "ros"),
-    )  # fmt: skip
-    driver: str = option(
-        "rtde", "how ur and ursim are driven: ur_rtde's speedJ, or speedj lines on port 30003 as in the paper",
-        choices=("rtde", "script"),
-    )  # fmt: skip
-    # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
-    host: str = option("", "address of the arm's controller, for backend ur")
-    at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", keyed=False)
-    max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
     markers: str = option(
         "none", "lsl: each motion onset also goes out on the lab streaming layer; not from sim, whose clock is virtual",
         choices=("none", "lsl"),
@@ -56,31 +42,6 @@ class Config:
         None, "rate of the recording that takes the markers in its stim channel; none: the log's", unit="Hz", low=1.0,
         high=1e6,
     )  # fmt: skip
-    blocks: tuple[int, ...] = option((), "main blocks to replay; none: all", low=1)
-    episodes: tuple[int, ...] = option((), "episodes of each block to replay; none: all", low=1)
-    practice: bool = option(False, "also replay the practice blocks")
-    t_f_s: float | None = option(None, "duration of every tile move; none: the log's", unit="s", low=0.05, high=5.0)
-    t_f_range_s: tuple[float, ...] = option((0.6, 1.2), "where the log has onsets only, durations lie within", unit="s",
-                                            low=0.05, high=5.0)  # fmt: skip
-    t_f_default_s: float = option(0.9, "where the log has no times", unit="s", low=0.05, high=5.0)
-    start_next: str = option(
-        "at_rest", "when the next motion starts: once this one has ended, or within the radius, on the move",
-        choices=("at_rest", "in_radius"),
-    )  # fmt: skip
-    pause_s: float = option(0.5, "rest on the start tile before an episode", unit="s", low=0.0, high=60.0)
-    longest_gap_s: float = option(5.0, "a longer gap between onsets is cut to this", unit="s", low=0.0, high=600.0)
-    gain: float = option(8.0, "feedback of the tracking law", unit="1/s", low=0.0, high=30.0)
-    damping: float = option(0.01, "damping of the tracking law", low=1e-6, high=1.0)
-    lead_s: float | None = option(None, "lead of the feed-forward; none: measured", unit="s", low=0.0, high=0.2)
-    max_acceleration: float = option(12.0, "of every joint", unit="rad/s²", low=1.0, high=40.0)
-    stop_deceleration: float = option(8.0, "of a controlled stop, every joint", unit="rad/s²", low=0.5, high=40.0)
-    stop_jerk: float = option(200.0, "of a controlled stop, every joint", unit="rad/s³", low=5.0, high=2000.0)
-    approach_speed: float = option(0.25, "between episodes, along each axis", unit="m/s", low=0.01, high=1.0)
-    approach_acceleration: float = option(1.0, "between episodes", unit="m/s²", low=0.01, high=5.0)
-    approach_jerk: float = option(10.0, "between episodes", unit="m/s³", low=0.1, high=100.0)
-    homing_speed: float = option(0.5, "to the home position, every joint", unit="rad/s", low=0.01, high=2.0)
-    homing_acceleration: float = option(1.0, "to the home position", unit="rad/s²", low=0.01, high=10.0)
-    homing_jerk: float = option(10.0, "to the home position", unit="rad/s³", low=0.1, high=200.0)
     rescue_folder: str = option(
         "robot-stopped",
         "where records of stopped sessions are kept, by subject and number",
@@ -111,21 +72,10 @@ def check(config: Config) -> list[str]:
     return mistakes + _unsafe(config)
 
 
-def sessions(config: Config) -> Sessions:
-    """Return how many sessions may run at a time: any on a virtual clock, one in real time, one a command on an arm.
-
-    ``sim`` and ``ursim`` make an arm for each session; any other is there only once.
-    """
-    if config.backend == "sim":
-        return Sessions.SIDE_BY_SIDE
-    return Sessions.ONE_AT_A_TIME if config.backend == "ursim" else Sessions.ONE_A_COMMAND
-
-
 def _unsafe(config: Config) -> list[str]:
     if config.backend == "ur" and not config.host:
         return ["backend = 'ur' needs the address of the arm's controller: robot.host, or --host"]
-    simulated = config.backend in ("sim", "ursim") or (config.backend == "ur" and _loopback(config.host))
-    if not simulated and not config.at_the_robot:
+    if not config.simulated and not config.at_the_robot:
         return [
             f"backend = {config.backend!r} moves a real arm: stand at its emergency stop and say --i-am-at-the-robot "
             "(robot.at_the_robot = true)"
@@ -133,54 +83,78 @@ def _unsafe(config: Config) -> list[str]:
     return []
 
 
-def _loopback(host: str) -> bool:
-    # By its number: a name that begins with 127. may stand for any robot.
-    try:
-        return IPv4Address(host).is_loopback
-    except ValueError:
-        return False
+def sessions(config: Config) -> Sessions:
+    """Return how many sessions may run at a time: any on a virtual clock, one in real time, one a command on an arm."""
+    if config.backend == "sim":
+        return Sessions.SIDE_BY_SIDE
+    return Sessions.ONE_A_COMMAND if config.there_once else Sessions.ONE_AT_A_TIME
 
 
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Replay the subject's moves; write ``telemetry``, ``moves``, ``timing``, ``reach.parquet`` and the figures.
+    """Replay the subject's moves; write ``telemetry``, ``moves``, ``timing`` and ``reach.parquet``.
 
     Raises:
-        DataError: The trial table holds no moves on the grid.
+        DataError: The trial table holds no moves on the grid, or they do not hang together.
         ConfigError: The selection is empty, a tile is out of reach, a way leads near a singularity or out of the box,
             or a duration breaks a joint's limit.
         HardwareError: Another session drives the arm; it was stopped, and the record until then is in
             ``rescue_folder``; or the markers' stream cannot be opened.
     """
+    from hrcneuro.arms.cures import with_cure
     from hrcneuro.io.tables import read_table
-    from hrcneuro.robot.plan import check_durations, check_paths, plan, sampling_rate, select
+    from hrcneuro.robot.plan import sampling_rate
     from hrcneuro.robot.session import run_session
-    from hrcneuro.robot.workspace import Workspace
 
     trials = read_table(inputs.path("acquire", "trials.parquet"))
-    chosen = select(trials, blocks=config.blocks, episodes=config.episodes, practice=config.practice)
-    least, most = config.t_f_range_s
-    moves = plan(chosen, t_f=config.t_f_s, t_f_range=(least, most), default_t_f=config.t_f_default_s)
-    workspace = Workspace(config.cell)
-    check_durations(moves, workspace, acceleration=config.max_acceleration)
-    check_paths(moves, workspace)
-
+    moves, workspace = _plan(config, trials)
     rate = config.stim_rate_hz or sampling_rate(trials)
     stamps: dict[int, float] = {}
-    done: list[Done] = []
+    executed: list[Executed] = []
     loop: Loop | None = None
     try:
         with contextlib.ExitStack() as stack:
             on_onset = _on_onset(config, inputs.unit, moves, stamps, stack)
             loop = stack.enter_context(_loop(config, workspace, inputs.unit, on_onset, stack))
-            run_session(loop, workspace, moves, lead=config.lead_s, pace=_pace(config), on_done=done.append)
+            run_session(loop, workspace, moves, lead=config.lead_s, pace=config, on_executed=executed.append)
     except BaseException as error:
-        if loop is None or not loop.record.telemetry().command.any():
+        reason = with_cure(error)
+        if loop is not None and loop.record.telemetry().command.any():
+            # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
+            folder = Path(config.rescue_folder) / inputs.unit
+            kept = _rescue(folder, lambda place: _write(loop, executed, workspace, place, rate, stamps))
+            reason = _with_record(reason, f"{kept}; it ended {_reached(loop, moves)}")
+        if reason is error:
             raise
-        # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
-        folder = Path(config.rescue_folder) / inputs.unit
-        kept = _rescue(folder, lambda place: _write(config, loop, done, workspace, place, rate, stamps))
-        raise _told(error, f"{kept}; it ended {_reached(loop, moves)}") from error
-    return _write(config, loop, done, workspace, out, rate, stamps)
+        raise reason from error
+    return _write(loop, executed, workspace, out, rate, stamps)
+
+
+def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Workspace]:
+    """Return the moves, all of which the arm can make, and where it makes them."""
+    from hrcneuro.arms.cures import with_cure
+    from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, select
+    from hrcneuro.robot.workspace import CellError, Workspace
+
+    foreign = "the robot stage replays the grid study only; leave it out for other paradigms"
+    with cured({ValueError: (DataError, foreign)}):
+        logged = grid_moves(trials)
+    try:
+        chosen = select(logged, config)
+    except ValueError as error:
+        cure = (
+            "choose among what the log has; robot.blocks and robot.episodes left empty are all, and robot.practice = "
+            "true adds the practice blocks"
+        )
+        raise ConfigError(f"robot.{error}", cure=cure) from error
+    with cured({ValueError: (DataError, "the log lost a row or is of another study: acquire the subject again")}):
+        moves = plan(chosen, config)
+    try:
+        workspace = Workspace(config.cell)
+        check_durations(moves, workspace, acceleration=config.max_acceleration)
+        check_paths(moves, workspace)
+    except (CellError, TooQuick) as error:
+        raise with_cure(error) from error
+    return moves, workspace
 
 
 def _rescue(folder: Path, write: Callable[[Path], object]) -> str:
@@ -198,7 +172,7 @@ def _rescue(folder: Path, write: Callable[[Path], object]) -> str:
     return f"the record is in {place}"
 
 
-def _reached(loop: Loop, moves: Sequence[Move]) -> str:
+def _reached(loop: Loop, moves: Sequence[PlannedMove]) -> str:
     last = int(loop.record.telemetry().move.max())
     if last < 0:
         return "before the first move"
@@ -207,20 +181,21 @@ def _reached(loop: Loop, moves: Sequence[Move]) -> str:
     return f"in {practice}block {move.block}, episode {move.episode}, trial {move.trial}"
 
 
-def _told(error: BaseException, record: str) -> BaseException:
+def _with_record(error: BaseException, record: str) -> BaseException:
     """Return the error with where the record is, and how to go on."""
     anew = "the same command begins the session anew; robot.blocks and robot.episodes choose what is left of it"
     if isinstance(error, KeyboardInterrupt):
         return StageInterrupted(f"interrupted; {record}", cure=anew)
-    if isinstance(error, HardwareError):
-        return HardwareError(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
+    if isinstance(error, HrcError):
+        kind = HardwareError if isinstance(error, HardwareError) else StageError
+        return kind(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
     if isinstance(error, Exception):
         return StageError(f"{type(error).__name__}: {error}; {record}", cure=anew)
     return error
 
 
 def _on_onset(
-    config: Config, subject: str, moves: Sequence[Move], stamps: dict[int, float], stack: contextlib.ExitStack
+    config: Config, subject: str, moves: Sequence[PlannedMove], stamps: dict[int, float], stack: contextlib.ExitStack
 ) -> OnOnset | None:
     if config.markers != "lsl":
         return None
@@ -237,29 +212,25 @@ def _on_onset(
 
 
 def _write(
-    config: Config, loop: Loop, done: list[Done], workspace: Workspace, out: Path, rate: float, stamps: dict[int, float]
+    loop: Loop, executed: list[Executed], workspace: Workspace, out: Path, rate: float, stamps: dict[int, float]
 ) -> dict[str, Any]:
-    from hrcneuro.figures import robot as robot_figures
-    from hrcneuro.figures import robot_cell
     from hrcneuro.io.tables import write_table
-    from hrcneuro.robot.measure import measure_moves, timing, tip
-    from hrcneuro.tables import robot as robot_tables
+    from hrcneuro.robot import measure
+    from hrcneuro.tables import robot as tables
 
     telemetry = loop.record.telemetry()
-    tool_tip = tip(telemetry, tool=workspace.cell.tool)
-    figures = measure_moves(done, telemetry, tool_tip, workspace)
-    table = robot_tables.moves(done, figures, rate=rate, stamps=stamps)
-    latencies = {name: table[f"{name}_latency_ms"].to_numpy(float) for name in ("trigger", "marker", "stim")}
-    spread = timing(telemetry, latencies, table["behind_log_ms"].to_numpy(float))
-    write_table(robot_tables.telemetry(telemetry, tool_tip), out / "telemetry.parquet", robot_tables.TELEMETRY)
-    write_table(table, out / "moves.parquet", robot_tables.MOVES)
-    write_table(robot_tables.timing(spread), out / "timing.parquet", robot_tables.TIMING)
-    write_table(robot_tables.reach(workspace), out / "reach.parquet", robot_tables.REACH)
-    limit = robot_figures.LIMIT if config.backend == "sim" else robot_figures.LIMIT_SOCKETS
-    robot_figures.robot(done, telemetry, tool_tip, table, workspace, out / "robot.png", limit=limit)
-    robot_figures.timing(telemetry, table, spread, out / "timing.png")
-    robot_cell.reach(workspace, out / "reach.png")
-    return robot_tables.summary(telemetry, table, stops=loop.stops, lead=loop.lead)
+    tip = measure.tip(telemetry, tool=workspace.cell.tool)
+    measures = measure.measure_moves(executed, telemetry, tip, workspace)
+    measures |= measure.marker_timing(executed, rate=rate)
+    moves = tables.moves(executed, measures, stamps)
+    latencies = {name: measures[f"{name}_latency_ms"] for name in ("trigger", "marker", "stim")}
+    timing = measure.timing(telemetry, latencies, measures["behind_log_ms"])
+    columns = tables.telemetry(telemetry, tip, measure.commanded_angles(telemetry))
+    write_table(columns, out / "telemetry.parquet", tables.TELEMETRY)
+    write_table(moves, out / "moves.parquet", tables.MOVES)
+    write_table(tables.timing(timing), out / "timing.parquet", tables.TIMING)
+    write_table(tables.reach(workspace), out / "reach.parquet", tables.REACH)
+    return measure.summarise(telemetry, moves, stops=loop.stops, lead=loop.lead)
 
 
 def _loop(
@@ -269,7 +240,6 @@ def _loop(
     from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.safety import Supervisor
     from hrcneuro.robot.tracking import ResolvedRate
-    from hrcneuro.robot.trajectory import Bounds
     from hrcneuro.robot.workspace import DOWN
 
     arm, clock = _arm(config, workspace, subject, stack)
@@ -277,10 +247,10 @@ def _loop(
     return Loop(
         arm,
         clock,
-        law=ResolvedRate(tool=tool, orientation=DOWN.tolist(), gain=config.gain, damping=config.damping),
-        limits=Limits(acceleration=config.max_acceleration, box=workspace.box, tool=tool),
-        supervisor=Supervisor(max_age=config.max_packet_age_s),
-        stop=Bounds(velocity=4.0, acceleration=config.stop_deceleration, jerk=config.stop_jerk),
+        law=ResolvedRate(config, tool=tool, orientation=DOWN.tolist()),
+        limits=Limits(config, box=workspace.box, tool=tool),
+        supervisor=Supervisor(config),
+        stop=config.stop,
         on_onset=on_onset,
     )
 
@@ -293,34 +263,20 @@ def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.E
         return SimArm(virtual, workspace.home().tolist()), virtual
 
     from hrcneuro.arms import connect
-    from hrcneuro.arms.lock import held
+    from hrcneuro.arms.lock import exclusive
 
-    if sessions(config) is Sessions.ONE_A_COMMAND:
-        stack.enter_context(held(config.backend, config.host, subject))
+    if config.there_once:
+        stack.enter_context(exclusive(config.backend, config.host, subject))
     arm, clock = connect(config.backend, host=config.host, driver=config.driver)
-    stack.callback(clock.relax)
+    stack.callback(clock.restore_priority)
     return arm, clock
-
-
-def _pace(config: Config) -> Pace:
-    from hrcneuro.robot.session import Pace
-    from hrcneuro.robot.trajectory import Bounds
-
-    approach = Bounds(config.approach_speed, config.approach_acceleration, config.approach_jerk)
-    homing = Bounds(config.homing_speed, config.homing_acceleration, config.homing_jerk)
-    return Pace(
-        approach=approach,
-        homing=homing,
-        pause=config.pause_s,
-        longest_gap=config.longest_gap_s,
-        in_radius=config.start_next == "in_radius",
-    )
 
 
 STAGE = Stage(
     name="robot",
+    title="The arm",
     config=Config,
-    libraries=("numpy", "scipy", "pandas", "pyarrow", "ruckig", "matplotlib"),
+    libraries=("numpy", "scipy", "pandas", "pyarrow", "ruckig"),
     check=check,
     subject=Work(run, (Read("acquire", ("trials.parquet",)),)),
     sessions=sessions,

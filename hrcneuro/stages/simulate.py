@@ -242,6 +242,7 @@ def _group_reads(config: Config) -> Reads:
 
 STAGE = Stage(
     name="simulate",
+    title="The robot that learns",
     config=Config,
     libraries=("numpy", "scipy", "pandas", "pyarrow"),
     check=check,

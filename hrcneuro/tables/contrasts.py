@@ -1,4 +1,7 @@
-"""The tables of erp and ersp: averages, grand averages and tested contrasts, one list over time a row."""
+"""The tables of erp and ersp: averages, grand averages and tested contrasts, one list over time a row.
+
+:mod:`hrcneuro.tables.maps` reads them as maps.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hrcneuro.eeg.contrasts import Tested
-from hrcneuro.eeg.selection import Cell, shortest_gap_s, split_label
-from hrcneuro.errors import DataError
-from hrcneuro.io.tables import Column, Table, read_lists, read_table, write_table
+from hrcneuro.eeg.contrasts import GrandAverage, GroupContrast
+from hrcneuro.eeg.selection import TrialSet, split_label
+from hrcneuro.io.tables import Column, Table, write_table
 
 if TYPE_CHECKING:
     import mne
@@ -49,15 +51,42 @@ _TESTED = {
     "dz_low": Column("float32[]", "", "lower end of its confidence interval"),
     "dz_high": Column("float32[]", "", "upper end of its confidence interval"),
 }
+_COMPARED = {
+    "plus": Column("category", "", "condition from which the other is subtracted"),
+    "minus": Column("category", "", "condition that is subtracted"),
+    "subjects": Column("int", "", "subjects of the group, with those that lack a condition"),
+    "gap_s": Column("float", "s", "shortest time to the next onset, over all subjects; beyond it responses overlap"),
+}
+_OWN = {
+    f"{sign}_{name}": Column("float32[]", "uV", f"{text} {sign}, over the subjects of the contrast{alone}")
+    for sign in ("plus", "minus")
+    for name, text, alone in (("uv", "mean of", ""), ("error_uv", "standard error of the mean of", "; NaN with one"))
+}
 
 AVERAGES = Table(
     1,
     "one row an average: what the evoked file was made of; a condition without a trial has no row",
     {**_CONDITION, **_TRIALS},
 )
+WAVEFORMS = Table(
+    1,
+    "one row a condition and channel, all scenarios together",
+    {
+        "condition": _CONDITION["condition"],
+        **_CHANNEL,
+        **_TRIALS,
+        **_TIME,
+        "mean_uv": Column("float32[]", "uV", "mean over trials"),
+        "error_uv": Column(
+            "float32[]", "uV", "its standard error; NaN with one trial, and where overlap is regressed out"
+        ),
+    },
+)
 ERP = Table(1, "one row a scenario, condition and channel", {**_CONDITION, **_CHANNEL, **_SUBJECTS, **_TIME, **_GRAND})
 ERP_STATS = Table(
-    1, "one row a scenario, contrast and channel", {**_CONTRAST, **_CHANNEL, **_SUBJECTS, **_TIME, **_TESTED}
+    2,
+    "one row a scenario, contrast and channel",
+    {**_CONTRAST, **_CHANNEL, **_SUBJECTS, **_TIME, **_TESTED, **_COMPARED, **_OWN},
 )
 ERSP_SUBJECT = Table(
     1,
@@ -77,18 +106,18 @@ ERSP = Table(
     {**_CONDITION, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_GRAND},
 )
 ERSP_STATS = Table(
-    1,
+    2,
     "one row a scenario, contrast, channel and frequency",
-    {**_CONTRAST, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_TESTED},
+    {**_CONTRAST, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_TESTED, **_COMPARED},
 )
 
 # The same within strata: averages of erp and ersp, tests of erp and ersp.
 STRATA = Table(1, "one row an average within a stratum", {**_STRATUM, **AVERAGES.columns})
-ERP_STRATA = Table(1, "one row a stratum, contrast and channel", {**_STRATUM, **ERP_STATS.columns})
+ERP_STRATA = Table(2, "one row a stratum, contrast and channel", {**_STRATUM, **ERP_STATS.columns})
 ERSP_STRATA_SUBJECT = Table(
     1, "one row a stratum, condition, channel and frequency", {**_STRATUM, **ERSP_SUBJECT.columns}
 )
-ERSP_STRATA = Table(1, "one row a stratum, contrast, channel and frequency", {**_STRATUM, **ERSP_STATS.columns})
+ERSP_STRATA = Table(2, "one row a stratum, contrast, channel and frequency", {**_STRATUM, **ERSP_STATS.columns})
 
 CHANNELS = Table(
     1,
@@ -109,59 +138,101 @@ def positions(info: mne.Info) -> pd.DataFrame:
     return pd.DataFrame(places, columns=["x_m", "y_m", "z_m"]).assign(channel=info["ch_names"])
 
 
-def write_grand(
-    averages: Mapping[str, Maps], pairs: Sequence[tuple[str, str]], axes: Mapping[str, Any], path: Path, table: Table
+def write_averages(sets: Sequence[TrialSet], gaps_s: Sequence[float], path: Path) -> None:
+    """Write :data:`AVERAGES`: the number of trials and the shortest gap of every average."""
+    rows = [(one.scenario, one.condition, one.n, gap) for one, gap in zip(sets, gaps_s, strict=True)]
+    write_table(pd.DataFrame(rows, columns=list(AVERAGES.columns)), path, AVERAGES)
+
+
+def write_strata(sets: Sequence[TrialSet], gaps_s: Sequence[float], path: Path) -> None:
+    """Write :data:`STRATA`: the same of every average within a stratum."""
+    rows = [
+        (*reversed(split_label(one.scenario)), one.condition, one.n, gap) for one, gap in zip(sets, gaps_s, strict=True)
+    ]
+    write_table(pd.DataFrame(rows, columns=list(STRATA.columns)), path, STRATA)
+
+
+def write_waveforms(
+    sets: Sequence[TrialSet],
+    gaps_s: Sequence[float],
+    waves: tuple[NDArray[np.float64], NDArray[np.float64]],
+    axes: Mapping[str, Any],
+    path: Path,
 ) -> None:
-    """Write the mean and SD over the subjects that have each (scenario, condition).
+    """Write :data:`WAVEFORMS`.
 
     Args:
-        averages: Subject -> its maps.
-        pairs: The rows' order.
+        sets: What was averaged: conditions of one scenario.
+        gaps_s: The shortest gap of each.
+        waves: Means and their standard errors, ndarray, shape (n_conditions, n_channels, n_times) each, µV.
+        axes: ``channel`` and ``times``, each with its labels.
+        path: The file.
+    """
+    rows = [_keys(axes, condition=one.condition, n=one.n, gap_s=gap) for one, gap in zip(sets, gaps_s, strict=True)]
+    lists = {name: list(map(_flat, maps)) for name, maps in zip(("mean_uv", "error_uv"), waves, strict=True)}
+    _write(rows, lists, path, WAVEFORMS)
+
+
+def write_grand(grand: Sequence[GrandAverage], axes: Mapping[str, Any], path: Path, table: Table) -> None:
+    """Write mean and SD over subjects of each scenario and condition.
+
+    Args:
+        grand: In the rows' order.
         axes: ``channel``, perhaps ``frequency_hz``, and last ``times``, each with its labels.
         path: The file.
         table: :data:`ERP` or :data:`ERSP`.
     """
-    rows, means, sds = [], [], []
-    for scenario, condition in pairs:
-        stack = np.stack([maps[scenario, condition] for maps in averages.values() if (scenario, condition) in maps])
-        rows.append(_keys(axes, scenario=scenario, condition=condition, n=len(stack)))
-        means.append(_flat(stack.mean(axis=0, dtype=float)))
-        sds.append(
-            _flat(stack.std(axis=0, ddof=1, dtype=float) if len(stack) > 1 else np.full(stack.shape[1:], np.nan))
-        )
-    _write(rows, {"mean_uv": means, "sd_uv": sds}, path, table)
+    rows = [_keys(axes, scenario=one.scenario, condition=one.condition, n=one.n) for one in grand]
+    lists = {"mean_uv": [_flat(one.mean) for one in grand], "sd_uv": [_flat(one.sd) for one in grand]}
+    _write(rows, lists, path, table)
 
 
-def write_tested(tested: Iterable[Tested], axes: Mapping[str, Any], path: Path, table: Table) -> None:
-    """Write the contrasts: :data:`ERP_STATS`, :data:`ERSP_STATS` or those of strata; axes as in :func:`write_grand`."""
+def write_tested(
+    tested: Iterable[GroupContrast],
+    axes: Mapping[str, Any],
+    path: Path,
+    table: Table,
+    *,
+    subjects: int,
+    gap_s: float,
+    own: Sequence[tuple[GrandAverage, GrandAverage]] = (),
+) -> None:
+    """Write the contrasts: :data:`ERP_STATS`, :data:`ERSP_STATS` or those of strata; axes as in :func:`write_grand`.
+
+    Args:
+        tested: The contrasts.
+        axes, path, table: Where they belong.
+        subjects: Of the group.
+        gap_s: The shortest time to the next onset over all subjects, s; NaN if unknown.
+        own: The two conditions of each contrast, for the tables of erp.
+    """
     rows: list[pd.DataFrame] = []
-    lists: dict[str, list[NDArray[Any]]] = {name: [] for name in _TESTED}
-    for one in tested:
-        result, shape = one.result, one.result.difference.shape
-        rows.append(_keys(axes, scenario=one.scenario, contrast=one.name, n=result.n))
-        test = result.test
-        values = {
-            "difference_uv": result.difference,
-            "sd_uv": result.sd,
-            "t": np.full(shape, np.nan) if test is None else test.t,
-            "p": np.ones(shape) if test is None else test.p,
-            "significant": np.zeros(shape, bool) if test is None else test.significant,
-            "dz": result.dz,
-            "dz_low": result.dz_low,
-            "dz_high": result.dz_high,
-        }
+    lists: dict[str, list[NDArray[Any]]] = {name: [] for name, c in table.columns.items() if c.type.endswith("[]")}
+    constant: dict[str, Any] = {"subjects": subjects, "gap_s": gap_s}
+    for i, one in enumerate(tested):
+        keys = {"scenario": one.scenario, "contrast": one.name, "plus": one.plus, "minus": one.minus}
+        rows.append(_keys(axes, **keys, n=one.result.n, **constant))
+        values = _tested_values(one)
+        for sign, average in zip(("plus", "minus"), own[i], strict=True) if own else ():
+            values |= {f"{sign}_uv": average.mean, f"{sign}_error_uv": average.error}
         for name, value in values.items():
             lists[name].append(_flat(value))
     _write(rows, lists, path, table)
 
 
-def write_strata(cells: Sequence[Cell], trials: pd.DataFrame, path: Path) -> None:
-    """Write :data:`STRATA`: the number of trials and the shortest gap of every average within a stratum."""
-    rows = [
-        (*reversed(split_label(cell.scenario)), cell.condition, cell.n, shortest_gap_s(trials[cell.mask]))
-        for cell in cells
-    ]
-    write_table(pd.DataFrame(rows, columns=list(STRATA.columns)), path, STRATA)
+def _tested_values(one: GroupContrast) -> dict[str, NDArray[Any]]:
+    result, shape = one.result, one.result.difference.shape
+    test = result.test
+    return {
+        "difference_uv": result.difference,
+        "sd_uv": result.sd,
+        "t": np.full(shape, np.nan) if test is None else test.t,
+        "p": np.ones(shape) if test is None else test.p,
+        "significant": np.zeros(shape, bool) if test is None else test.significant,
+        "dz": result.dz,
+        "dz_low": result.dz_low,
+        "dz_high": result.dz_high,
+    }
 
 
 def write_magnitudes(
@@ -177,34 +248,10 @@ def write_magnitudes(
     """
     one = _keys(axes)
     keys = pd.concat([one] * len(maps), ignore_index=True)
-    told = [(scenario, condition, *trials[scenario, condition]) for scenario, condition in maps]
-    for name, values in zip(("scenario", "condition", "n", "gap_s"), zip(*told, strict=True), strict=True):
+    rows = [(scenario, condition, *trials[scenario, condition]) for scenario, condition in maps]
+    for name, values in zip(("scenario", "condition", "n", "gap_s"), zip(*rows, strict=True), strict=True):
         keys[name] = np.repeat(np.array(values), len(one))
     _write([keys], {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, table)
-
-
-def read_magnitudes(path: Path) -> tuple[dict[tuple[str, str], NDArray[np.float32]], dict[str, Any], float]:
-    """Return a subject's maps (channels × frequencies × times), their axes, and the shortest gap in seconds.
-
-    Raises:
-        DataError: The rows are not complete.
-    """
-    table = read_table(path).drop(columns="magnitude_uv")
-    values = read_lists(path, "magnitude_uv")
-    channels, frequencies = list(table["channel"].unique()), [float(f) for f in table["frequency_hz"].unique()]
-    size = len(channels) * len(frequencies)
-    firsts = table.iloc[::size]
-    expected = [(c, f) for c in channels for f in frequencies] * len(firsts)
-    if expected != list(zip(table["channel"], table["frequency_hz"], strict=True)):
-        raise DataError(f"{path.name}: its rows are not complete", cure="rerun the stage ersp with --force")
-    blocks = values.reshape(len(firsts), len(channels), len(frequencies), -1)
-    scenarios = firsts["scenario"].astype(str)
-    if "stratum" in firsts:
-        scenarios = scenarios + ", " + firsts["stratum"].astype(str)
-    keys = zip(scenarios, firsts["condition"], strict=True)
-    times = firsts["start_s"].iloc[0] + firsts["step_s"].iloc[0] * np.arange(values.shape[1])
-    gap = float(firsts["gap_s"].min())
-    return dict(zip(keys, blocks, strict=True)), {"channel": channels, "frequency_hz": frequencies, "times": times}, gap
 
 
 def _keys(axes: Mapping[str, Any], **constant: Any) -> pd.DataFrame:

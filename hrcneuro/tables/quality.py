@@ -1,4 +1,4 @@
-"""Tables, the figure and the intermediate signals that the preprocess stage writes."""
+"""What the stage preprocess writes beside the clean recording: quality.parquet, timing.parquet, steps.npz."""
 
 from __future__ import annotations
 
@@ -58,14 +58,18 @@ TIMING = Table(
 
 
 def weights(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Return EOG channel -> the share of it that was subtracted from each channel, of rows of quality.parquet."""
+    """Return EOG channel -> the share of it that was subtracted from each EEG channel, ndarray, shape (n_eeg,).
+
+    Args:
+        table: Rows of quality.parquet.
+    """
     return {
         name.removeprefix(_WEIGHT): table[name].to_numpy(float) for name in table.columns if name.startswith(_WEIGHT)
     }
 
 
 def write_quality(cleaned: Cleaned, signals: Signals, out: Path) -> None:
-    """Write quality.parquet."""
+    """Write quality.parquet into the folder ``out``: the channels' verdicts, weights and amplitudes."""
     table = pd.DataFrame(
         {
             "channel": signals.eeg_names,
@@ -82,9 +86,9 @@ def write_quality(cleaned: Cleaned, signals: Signals, out: Path) -> None:
 
 
 def write_timing(cleaned: Cleaned, n_source: int, out: Path) -> None:
-    """Write timing.parquet."""
-    made = cleaned.ratio
-    row = {"source_sfreq": made.source, "sfreq": made.sfreq, "up": made.up, "down": made.down, "n_source": n_source}
+    """Write timing.parquet into the folder ``out``; ``n_source`` is the length of the recording, in samples."""
+    ratio = cleaned.ratio
+    row = {"source_sfreq": ratio.source, "sfreq": ratio.sfreq, "up": ratio.up, "down": ratio.down, "n_source": n_source}
     table = pd.DataFrame([row | {"n_samples": cleaned.eeg.shape[1]}])
     write_table(table, out / "timing.parquet", TIMING)
 

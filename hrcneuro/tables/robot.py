@@ -1,4 +1,4 @@
-"""The tables of the stage robot, and its summary."""
+"""The tables of the stage robot."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.io.tables import Column, Table
+from hrcneuro.paradigm.design import T_F_S
+from hrcneuro.paradigm.grid import SIZE
 from hrcneuro.robot import measure
-from hrcneuro.robot.cell import GRID, SHORTEST
 from hrcneuro.robot.record import PHASES, Telemetry
-from hrcneuro.robot.session import Done
+from hrcneuro.robot.session import Executed
 from hrcneuro.robot.workspace import Workspace
 
 _JOINTS = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")
@@ -117,24 +118,24 @@ REACH = Table(
 
 def reach(workspace: Workspace) -> pd.DataFrame:
     """Return the rows of reach.parquet."""
-    found, share = workspace.reach, workspace.speed_share(SHORTEST)
+    reach, share = workspace.reach, workspace.speed_share(T_F_S[0])
     rows = []
-    for tile in np.ndindex(GRID, GRID):
+    for tile in np.ndindex(SIZE, SIZE):
         place = dict(zip(("tool_x_m", "tool_y_m", "tool_z_m"), workspace.position(*tile), strict=True))
-        angles = {f"q_{i}_rad": angle for i, angle in enumerate(found.q[tile], 1)}
-        worth = {"singular_value": found.singular_value[tile], "condition": found.condition[tile]}
+        angles = {f"q_{i}_rad": angle for i, angle in enumerate(reach.q[tile], 1)}
+        worth = {"singular_value": reach.singular_value[tile], "condition": reach.condition[tile]}
         rows.append({"row": tile[0], "col": tile[1]} | place | angles | worth | {"speed_share": share[tile]})
     return pd.DataFrame(rows)
 
 
-def telemetry(record: Telemetry, tip: measure.Tip) -> dict[str, Any]:
-    """Return the columns of telemetry.parquet."""
-    sent = np.zeros_like(record.command)
-    sent[1:] = np.cumsum(record.command[:-1] * np.diff(record.time)[:, None], axis=0)
-    # The sum starts anew from the measured angles with every phase and move: over a session it would drift.
-    change = np.r_[True, (np.diff(record.phase) != 0) | (np.diff(record.move) != 0)]
-    begin = np.maximum.accumulate(np.where(change, np.arange(len(change)), 0))
-    q_command = record.q[begin] + sent - sent[begin]
+def telemetry(record: Telemetry, tip: measure.Tip, q_command: np.ndarray) -> dict[str, Any]:
+    """Return the columns of telemetry.parquet.
+
+    Args:
+        record: Every cycle.
+        tip: Of :func:`hrcneuro.robot.measure.tip`.
+        q_command: Of :func:`hrcneuro.robot.measure.commanded_angles`.
+    """
     columns: dict[str, Any] = {
         "time_s": record.time,
         "phase": np.array(PHASES, dtype=object)[record.phase],
@@ -159,14 +160,13 @@ def telemetry(record: Telemetry, tip: measure.Tip) -> dict[str, Any]:
 
 
 def moves(
-    done: Sequence[Done], figures: Mapping[str, np.ndarray], *, rate: float, stamps: Mapping[int, float]
+    executed: Sequence[Executed], measures: Mapping[str, np.ndarray], stamps: Mapping[int, float]
 ) -> pd.DataFrame:
     """Return the rows of moves.parquet.
 
     Args:
-        done: The moves as executed.
-        figures: Of :func:`hrcneuro.robot.measure.measure_moves`.
-        rate: Of the recording whose stim channel takes the markers, Hz; nan where unknown.
+        executed: The moves.
+        measures: Of :func:`hrcneuro.robot.measure.measure_moves` and :func:`hrcneuro.robot.measure.marker_timing`.
         stamps: Move -> its marker's stamp on LSL's clock, seconds.
     """
     rows = [
@@ -184,25 +184,15 @@ def moves(
             "flowed": one.flowed,
             "clamped": one.move.dwells,
             "t_f_s": one.move.t_f,
-            "onset_s": one.track.onset if np.isfinite(one.track.onset) else one.track.start,
+            "onset_s": one.began,
             "marker_s": one.track.marked,
             "lsl_s": stamps.get(one.index, np.nan),
-            "duration_s": one.track.end - (one.track.onset if np.isfinite(one.track.onset) else one.track.start),
+            "duration_s": one.track.end - one.began,
         }
-        for one in done
+        for one in executed
     ]
-    names = list(MOVES.columns)
-    table = pd.DataFrame(rows, columns=names[: names.index("duration_s") + 1]).assign(**figures)
-    onset, marked = table["onset_s"].to_numpy(float), table["marker_s"].to_numpy(float)
-    sample = measure.stim_sample(marked, rate)
-    table["marker_latency_ms"] = 1e3 * (marked - onset)
-    table["stim_latency_ms"] = 1e3 * (sample / rate - onset)
-    table["stim_sample"] = pd.array(sample, dtype="Int64")
-    gap = np.array([one.move.gap for one in done[:-1]], float)
-    same = np.array([not one.move.first for one in done[1:]], bool)
-    behind = 1e3 * (np.diff(onset) - gap)
-    table["behind_log_ms"] = np.r_[np.nan, np.where(same, behind, np.nan)][: len(table)]
-    return table
+    table = pd.DataFrame(rows, columns=[name for name in MOVES.columns if name not in measures]).assign(**measures)
+    return table.assign(stim_sample=pd.array(measures["stim_sample"], dtype="Int64"))
 
 
 def timing(spread: Mapping[str, Mapping[str, float]]) -> pd.DataFrame:
@@ -212,19 +202,3 @@ def timing(spread: Mapping[str, Mapping[str, float]]) -> pd.DataFrame:
         for name, v in spread.items()
     ]
     return pd.DataFrame(rows, columns=list(TIMING.columns))
-
-
-def summary(record: Telemetry, table: pd.DataFrame, *, stops: int, lead: float) -> dict[str, Any]:
-    """Return the stage's JSON summary; figures are the largest over the moves, the time into the radius the median."""
-    period = np.diff(record.time)
-    real = table[~table["clamped"].astype(bool)] if len(table) else table
-    known = {
-        "max_error_mm": real["max_error_mm"].max(),
-        "end_error_mm": real["end_error_mm"].max(),
-        "t_2mm_s": real["t_2mm_s"].median(),
-        "loop_hz": 1.0 / period.mean() if len(period) else np.nan,
-        "jitter_p99_ms": np.percentile(np.abs(period - 0.008), 99) * 1e3 if len(period) else np.nan,
-        "lead_ms": 1e3 * lead,
-    }
-    figures = {k: round(float(v), 6) if np.isfinite(v) else None for k, v in known.items()}
-    return {"moves": len(table), **figures, "stops": stops}

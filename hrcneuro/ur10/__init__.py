@@ -4,3 +4,6 @@
 interprets programs, ``dashboard``, ``rtde`` and ``streams`` are the protocols as bytes in and bytes out, ``server``
 gives them sockets and a clock. SI units and radians; poses are x, y, z and a rotation vector, in UR's ``base``.
 """
+
+SOFTWARE = "3.9.1.64192"
+"""The version that the controller says it is, where nothing else is asked for."""

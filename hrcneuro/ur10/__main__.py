@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hrcneuro.errors import HrcError
-from hrcneuro.ur10.serve import SOFTWARE, serve
+from hrcneuro.ur10 import SOFTWARE
+from hrcneuro.ur10.serve import serve
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

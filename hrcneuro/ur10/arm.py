@@ -1,4 +1,4 @@
-"""The joints: what they are told (target) and what they do (actual), one cycle late and with a first-order lag."""
+"""The joints: what is commanded (target) and what they do (actual), one cycle late and with a first-order lag."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import CYCLE, MAX_ANGLE
 from hrcneuro.ur10.controller import Controller, Watchdog
-from hrcneuro.ur10.functions import plain
+from hrcneuro.ur10.functions import one_liners
 from hrcneuro.ur10.motion import Motion, MoveC, MoveJ, MoveL, ServoJ, SpeedJ, SpeedL, StopJ, StopL
 from hrcneuro.ur10.urscript import library
 from hrcneuro.ur10.urscript.lexer import ScriptError
@@ -35,7 +35,7 @@ class Commands:
         for name in dir(self):
             if not name.startswith("_"):
                 functions[name] = getattr(self, name)
-        functions.update(plain(controller))
+        functions.update(one_liners(controller))
         controller.functions = functions
 
     # --- moves --------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from hrcneuro.ur10.urscript.runtime import Compiled, Program, Thread
 
 POWER_OFF, POWER_ON, IDLE, RUNNING = 3, 4, 5, 7
 NORMAL, PROTECTIVE, SAFEGUARD, EMERGENCY = 1, 3, 5, 7
-STOPPING, STOPPED, PLAYING, PAUSING, PAUSED = 0, 1, 2, 3, 4
+STOPPED, PLAYING, PAUSED = 1, 2, 4
 
 _SAFETY_BITS = {NORMAL: 1 << 0, PROTECTIVE: 1 << 2, SAFEGUARD: 1 << 4, EMERGENCY: 1 << 6 | 1 << 7}
 _STOPPED_BY_SAFETY = 1 << 10
@@ -34,7 +34,7 @@ class Watchdog:
     name: str
     period: float
     action: str
-    heard: float
+    written_at: float  # s since the controller's start
 
 
 class Controller:
@@ -191,7 +191,7 @@ class Controller:
         """Note that a client wrote an RTDE input: what watchdogs wait for."""
         watchdog = self.watchdogs.get(name)
         if watchdog is not None:
-            watchdog.heard = self.now
+            watchdog.written_at = self.now
 
     # --- motions, called by programs ----------------------------------------------------------------------------
 
@@ -230,7 +230,7 @@ class Controller:
 
     def _watch(self) -> None:
         for watchdog in list(self.watchdogs.values()):
-            if self.now - watchdog.heard > watchdog.period:
+            if self.now - watchdog.written_at > watchdog.period:
                 if watchdog.action == "stop":
                     self.tell("error", f"RTDE watchdog: {watchdog.name} was not written in time")
                     self.stop_program()

@@ -28,7 +28,7 @@ _SAFETY_MODES = {
 }  # fmt: skip
 
 
-class Session:
+class DashboardSession:
     """One connection; programs that can be loaded come from ``programs``, a mapping of file names to scripts."""
 
     def __init__(
@@ -191,7 +191,7 @@ class Session:
         return f"Loading installation: {argument}" if argument else "File not found: "
 
     # Longest names first where one is the beginning of another.
-    _COMMANDS: ClassVar[dict[str, Callable[[Session, str], str]]] = {
+    _COMMANDS: ClassVar[dict[str, Callable[[DashboardSession, str], str]]] = {
         "load installation": _installation, "load": _load, "play": _play, "stop": _stop, "pause": _pause,
         "quit": _quit, "shutdown": _shutdown, "running": _running, "robotmode": _robot_mode,
         "get loaded program": _loaded, "popup": _popup, "close popup": _close_popup,

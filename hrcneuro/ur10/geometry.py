@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt, tau
 
-from hrcneuro.robot.kinematics import A, D
+from hrcneuro.robot.dh import A, D
 from hrcneuro.robot.tracking import ldl6
 
 Vector = Sequence[float]
@@ -203,8 +203,8 @@ def _solutions(p: Vector, r: Rotation, near: Vector) -> Iterator[tuple[float, ..
     for q1 in (atan2(y, x) + shoulder, atan2(y, x) + pi - shoulder):
         c1, s1 = cos(q1), sin(q1)
         x6y, y6y, uy = c1 * r[3] - s1 * r[0], c1 * r[4] - s1 * r[1], c1 * r[5] - s1 * r[2]
-        bend = acos(min(max(-uy, -1.0), 1.0))
-        for q5 in (bend, -bend):
+        wrist = acos(min(max(-uy, -1.0), 1.0))
+        for q5 in (wrist, -wrist):
             s5 = sin(q5)
             # Straight wrist: only q4 + q6 or q4 − q6 is determined; the last joint stays.
             q6 = near[5] if abs(s5) < 1e-9 else atan2(y6y / s5, -x6y / s5)

@@ -53,14 +53,10 @@ class Io:
         """Set one digital output."""
         self.digital_out = self.digital_out | 1 << bit if value else self.digital_out & ~(1 << bit)
 
-    def set_in(self, bit: int, value: bool) -> None:
-        """Set one digital input: what is wired to the box does this."""
-        self.digital_in = self.digital_in | 1 << bit if value else self.digital_in & ~(1 << bit)
-
 
 @dataclass
 class Memory:
-    """All of it."""
+    """What a controller remembers between cycles and shares among programs and clients."""
 
     inputs: Bank = field(default_factory=Bank)
     outputs: Bank = field(default_factory=Bank)

@@ -6,8 +6,9 @@ Accelerations are linear in joint or tool space, as URScript's manual gives them
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import acos, atan2, hypot, sqrt
+from math import acos, atan2, cos, hypot, sin, sqrt
 from typing import Protocol
 
 from hrcneuro.ur10 import geometry
@@ -65,7 +66,7 @@ class Trapezoid:
         return covered / self._way
 
 
-class _Timed:
+class _Timed(ABC):
     """A motion along a path parameter; the speed slider slows its time."""
 
     def __init__(self, profile: Trapezoid) -> None:
@@ -79,8 +80,9 @@ class _Timed:
         q = self._goal(arm, self._profile.at(self._t))
         return [(b - a) / CYCLE for a, b in zip(arm.target_q, q, strict=True)]
 
+    @abstractmethod
     def _goal(self, arm: Arm, s: float) -> Vector:
-        raise NotImplementedError
+        """Return the joint angles at the fraction ``s`` of the path."""
 
 
 class MoveJ(_Timed):
@@ -127,8 +129,6 @@ class MoveC(_Timed):
         super().__init__(Trapezoid(hypot(*self._x) * self._angle, a, v))
 
     def _goal(self, arm: Arm, s: float) -> Vector:
-        from math import cos, sin
-
         c, k = cos(s * self._angle), sin(s * self._angle)
         at = [m + c * x + k * y for m, x, y in zip(self._centre, self._x, self._y, strict=True)]
         turned = geometry.along(self._start, ((0.0, 0.0, 0.0), self._turn), s)
@@ -246,13 +246,3 @@ class StopL:
         xd = geometry.twist(arm.target_q, qd, arm.target_pose()[:3])
         share = max(hypot(*xd[:3]) / (self._a * CYCLE), hypot(*xd[3:]) / (self._turn * CYCLE))
         return ZERO if share <= 1.0 else [v * (1.0 - 1.0 / share) for v in qd]
-
-
-class Hold:
-    """Keeps the targets where they are."""
-
-    done = True
-
-    def step(self, arm: Arm, scaling: float) -> Vector:
-        """Return zeros."""
-        return ZERO

@@ -13,14 +13,14 @@ from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS, Output
 RATE = 125.0
 _LONGEST = 4096  # bytes of a package from a client; a recipe's names may fill 2048
 _MOST_RECIPES = 255
-ERROR, WARNING, INFO = 1, 2, 3
+ERROR, WARNING = 1, 2
 
 
 class ProtocolError(Exception):
     """The client does not speak RTDE: the connection is closed."""
 
 
-class _Recipe:
+class _Layout:
     """The fields of one kind of data package, and how they are packed."""
 
     def __init__(self, names: list[str], types: list[str]) -> None:
@@ -30,19 +30,19 @@ class _Recipe:
         self.counts = [int(f[:-1] or 1) if f[0].isdigit() else 1 for f in (FORMATS[t] for t in types)]
 
 
-class Session:
+class RtdeSession:
     """The state of one connection."""
 
-    def __init__(self, controller: Controller, taken: dict[str, Session], send: Callable[[bytes], None]) -> None:
+    def __init__(self, controller: Controller, taken: dict[str, RtdeSession], send: Callable[[bytes], None]) -> None:
         """Begin; ``taken`` is shared by all sessions and tells which inputs have an owner."""
         self._c = controller
         self._taken = taken
         self._send = send
         self._buffer = b""
         self._version = 1
-        self._outputs: _Recipe | None = None
+        self._outputs: _Layout | None = None
         self._readers: list[Callable[[Controller], Any]] = []
-        self._inputs: dict[int, _Recipe] = {}
+        self._inputs: dict[int, _Layout] = {}
         self._every = 1.0  # cycles between packages
         self._due = 0.0
         self.started = False
@@ -109,12 +109,12 @@ class Session:
             (rate,) = _unpack(">d", payload[:8])
             payload = payload[8:]
         names = _names(payload)
-        found = [self._output(name) for name in names]
-        types = [field.type if field else "NOT_FOUND" for field in found]
-        good = all(found) and isfinite(rate) and rate > 0.0 and not self.started
+        fields = [self._output(name) for name in names]
+        types = [field.type if field else "NOT_FOUND" for field in fields]
+        good = all(fields) and isfinite(rate) and rate > 0.0 and not self.started
         if good:
-            self._outputs = _Recipe(names, types)
-            self._readers = [field.read for field in found if field]
+            self._outputs = _Layout(names, types)
+            self._readers = [field.read for field in fields if field]
             self._every, self._due = max(1.0, RATE / rate), 0.0
         answer = ",".join(types).encode()
         self._answer(b"O", answer if self._version == 1 else bytes([bool(good)]) + answer)
@@ -134,7 +134,7 @@ class Session:
         number = 0
         if not self.started and len(self._inputs) < _MOST_RECIPES and all(t in FORMATS for t in types):
             number = len(self._inputs) + 1
-            self._inputs[number] = _Recipe(names, types)
+            self._inputs[number] = _Layout(names, types)
             self._taken.update((name, self) for name in names)
         self._answer(b"I", bytes([number]) + ",".join(types).encode())
 
@@ -176,7 +176,7 @@ class Session:
     def _answer(self, command: bytes, payload: bytes) -> None:
         self._send(struct.pack(">H", 3 + len(payload)) + command + payload)
 
-    _HANDLERS: ClassVar[dict[int, Callable[[Session, bytes], None]]] = {
+    _HANDLERS: ClassVar[dict[int, Callable[[RtdeSession, bytes], None]]] = {
         ord("V"): _request_version, ord("v"): _controller_version, ord("M"): _text, ord("O"): _setup_outputs,
         ord("I"): _setup_inputs, ord("S"): _start, ord("P"): _pause, ord("U"): _data,
     }  # fmt: skip

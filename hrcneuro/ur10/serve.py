@@ -13,11 +13,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError
+from hrcneuro.ur10 import SOFTWARE
 from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.faults import Fault, parse
 from hrcneuro.ur10.server import Server
-
-SOFTWARE = "3.9.1.64192"
 
 
 def serve(

@@ -143,7 +143,7 @@ class Server:
         self._clients: dict[int, list[_Connection]] = {
             port: [] for port in (DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS)
         }
-        self._taken: dict[str, rtde.Session] = {}
+        self._taken: dict[str, rtde.RtdeSession] = {}
         self._translator = ThreadPoolExecutor(1, "translate")
         self._translating: deque[asyncio.Future[Compiled]] = deque()
         self._servers: list[asyncio.Server] = []
@@ -192,9 +192,9 @@ class Server:
             return
         self._clients[client.port].append(client)
         if client.port == DASHBOARD:
-            client.session = dashboard.Session(c, client.send, programs=self._programs, compile=self._compiled)
+            client.session = dashboard.DashboardSession(c, client.send, programs=self._programs, compile=self._compiled)
         elif client.port == RTDE:
-            client.session = rtde.Session(c, self._taken, client.send)
+            client.session = rtde.RtdeSession(c, self._taken, client.send)
         elif client.port == FAULTS:
             client.session = _Faults(self._schedule, client.send)
         else:
@@ -204,7 +204,7 @@ class Server:
 
     def leave(self, client: _Connection) -> None:
         """Forget a client."""
-        if isinstance(client.session, rtde.Session):
+        if isinstance(client.session, rtde.RtdeSession):
             client.session.close()
         if client in self._clients[client.port]:
             self._clients[client.port].remove(client)
@@ -271,7 +271,7 @@ class Server:
         if network.loses(c.now):
             return
         for client in self._clients[RTDE]:
-            assert isinstance(client.session, rtde.Session)
+            assert isinstance(client.session, rtde.RtdeSession)
             client.session.tick()
         if self._clients[REALTIME]:
             packet = streams.realtime(c)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from math import hypot
 
-from hrcneuro.robot.kinematics import ALPHA, A, D
+from hrcneuro.robot.dh import ALPHA, A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import MAX_ANGLE, MAX_SPEED, ZERO
 from hrcneuro.ur10.controller import PAUSED, PLAYING, PROTECTIVE, RUNNING, Controller
@@ -74,7 +74,7 @@ def state(c: Controller) -> bytes:
 
 
 def version_message(c: Controller) -> bytes:
-    """Return what a client of ports 30001 and 30002 is told first."""
+    """Return what a client of ports 30001 and 30002 is sent first."""
     name, (major, minor, bugfix, build) = b"URControl", c.version
     date = b"01-01-2019, 00:00:00"
     head = struct.pack(">B9s2B2i", len(name), name, major, minor, bugfix, build)

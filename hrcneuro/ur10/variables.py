@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import cos, hypot, sin
 from typing import Any
 
-from hrcneuro.robot.kinematics import A, D
+from hrcneuro.robot.dh import A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import ZERO
 from hrcneuro.ur10.controller import RUNNING, Controller

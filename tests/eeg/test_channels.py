@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from hrcneuro.eeg import channels
-from hrcneuro.errors import DataError
+from hrcneuro.eeg.refusals import NotFiniteError
 
 
 def test_kurtosis_is_the_moment_ratio(monkeypatch):
@@ -92,5 +92,5 @@ def test_average_reference(noise, monkeypatch):
 def test_samples_that_are_no_numbers_are_named(noise, value):
     channels.check_finite(noise, [f"c{i}" for i in range(12)], 100.0)
     noise[5, 250:290] = value
-    with pytest.raises(DataError, match=r"channel c5 .* 1\.00% .* sample 250 \(2\.500 s\)"):
+    with pytest.raises(NotFiniteError, match=r"channel c5 .* 1\.00% .* sample 250 \(2\.500 s\)"):
         channels.check_finite(noise, [f"c{i}" for i in range(12)], 100.0)

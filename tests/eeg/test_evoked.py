@@ -8,6 +8,7 @@ from hrcneuro.eeg.evoked import (
     half_interval,
     peak_times,
     standard_error,
+    standard_errors,
     subtract_baseline,
     within,
 )
@@ -47,7 +48,16 @@ def test_averages_of_overlapping_conditions():
 def test_standard_error():
     data = np.random.default_rng(3).standard_normal((9, 4))
     np.testing.assert_allclose(standard_error(data), data.std(axis=0, ddof=1) / 3)
-    np.testing.assert_array_equal(standard_error(data[:1]), np.zeros(4))
+    assert np.isnan(standard_error(data[:1])).all()
+
+
+def test_standard_errors_of_overlapping_conditions_far_from_zero():
+    data = np.random.default_rng(4).standard_normal((7, 3, 11)) * 5 + 1e4
+    masks = np.array([[1, 1, 1, 0, 0, 1, 0], [0, 1, 1, 1, 1, 0, 1], [0, 0, 0, 0, 0, 0, 1]], bool)
+    errors = standard_errors(data, masks, averages(data, masks))
+    for mask, error in zip(masks[:2], errors, strict=False):
+        np.testing.assert_allclose(error, standard_error(data[mask]), rtol=1e-9)
+    assert np.isnan(errors[2]).all()
 
 
 def test_half_intervals_are_those_of_the_t_tests():
@@ -56,12 +66,13 @@ def test_half_intervals_are_those_of_the_t_tests():
     rng = np.random.default_rng(5)
     first, second = rng.standard_normal((9, 4)), 3 * rng.standard_normal((23, 4))
     welch = ttest_ind(first, second, equal_var=False).confidence_interval(0.9)
-    half = difference_interval(first, second, confidence=0.9)
+    errors, counts = (standard_error(first), standard_error(second)), (len(first), len(second))
+    half = difference_interval(errors, counts, confidence=0.9)
     np.testing.assert_allclose(half, (welch.high - welch.low) / 2)
     one = ttest_1samp(first, 0).confidence_interval(0.95)
     np.testing.assert_allclose(half_interval(standard_error(first), 8, confidence=0.95), (one.high - one.low) / 2)
-    np.testing.assert_array_equal(difference_interval(first[:1], second, confidence=0.95), np.zeros(4))
-    np.testing.assert_array_equal(difference_interval(0 * first, 0 * second, confidence=0.95), np.zeros(4))
+    assert np.isnan(difference_interval(errors, (1, len(second)), confidence=0.95)).all()
+    np.testing.assert_array_equal(difference_interval((np.zeros(4), np.zeros(4)), counts, confidence=0.95), np.zeros(4))
 
 
 def test_peak_times_are_apart_inside_and_the_highest():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import firwin, freqz
 
 from hrcneuro.eeg import filters
-from hrcneuro.errors import ConfigError
+from hrcneuro.eeg.refusals import BandError
 
 RATES = (1000.0, 512.0, 256.0, 250.0, 128.0, 100.0)
 
@@ -148,9 +148,9 @@ def test_zero_phase_refuses_taps_without_a_centre(taps):
 
 @pytest.mark.parametrize(("l_freq", "h_freq"), [(1, 64), (1, 80), (0, 40), (40, 1), (-1, 40)])
 def test_a_band_beyond_nyquist_or_upside_down_is_refused(l_freq, h_freq):
-    with pytest.raises(ConfigError, match=r"128 Hz.* 64 Hz"):
+    with pytest.raises(BandError, match=r"128 Hz.* 64 Hz"):
         filters.design(128, l_freq, h_freq)
-    with pytest.raises(ConfigError, match="Nyquist"):
+    with pytest.raises(BandError, match="Nyquist"):
         filters.CausalFilter(128, l_freq, h_freq)
 
 

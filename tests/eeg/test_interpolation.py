@@ -60,7 +60,7 @@ def test_perrin_is_mnes(info):
     np.testing.assert_allclose(ours, raw.get_data() * 1e6, rtol=0, atol=1e-7)
 
 
-@pytest.mark.parametrize("method", interpolation.METHODS)
+@pytest.mark.parametrize("method", interpolation.SPLINES)
 def test_a_constant_stays_and_scale_does_not_matter(sphere, method):
     matrix = interpolation.weights(sphere[3:], sphere[:3], method=method)
     np.testing.assert_allclose(matrix.sum(axis=1), 1, atol=1e-9)
@@ -68,7 +68,7 @@ def test_a_constant_stays_and_scale_does_not_matter(sphere, method):
     np.testing.assert_allclose(scaled, matrix, atol=1e-7)
 
 
-@pytest.mark.parametrize("method", interpolation.METHODS)
+@pytest.mark.parametrize("method", interpolation.SPLINES)
 def test_rotating_the_head_changes_nothing(sphere, method):
     turn, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))
     matrix = interpolation.weights(sphere[3:], sphere[:3], method=method)
@@ -79,12 +79,12 @@ def test_rotating_the_head_changes_nothing(sphere, method):
 
 def test_perrin_brings_a_smooth_field_back_and_eeglab_less_so(sphere):
     field = sphere @ [1.0, -2.0, 0.5] / 0.085
-    made = {m: interpolation.weights(sphere[1:], sphere[:1], method=m) @ field[1:] for m in interpolation.METHODS}
+    made = {m: interpolation.weights(sphere[1:], sphere[:1], method=m) @ field[1:] for m in interpolation.SPLINES}
     assert abs(made["perrin"][0] - field[0]) < 0.35 < abs(made["eeglab"][0] - field[0]) < 1
 
 
 def test_the_two_methods_are_not_the_same(sphere):
-    a, b = (interpolation.weights(sphere[3:], sphere[:3], method=m) for m in interpolation.METHODS)
+    a, b = (interpolation.weights(sphere[3:], sphere[:3], method=m) for m in interpolation.SPLINES)
     assert np.abs(a - b).max() > 0.05
 
 

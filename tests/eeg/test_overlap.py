@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from hrcneuro.eeg.evoked import averages
-from hrcneuro.eeg.overlap import Others, regressed_averages
+from hrcneuro.eeg.overlap import OtherOnsets, regressed_averages
 
 SFREQ, FIRST, LENGTH = 100, -20, 141
 
@@ -47,7 +47,7 @@ def apart(epochs, onsets, kinds, *, every=5, cut=0):
     """Every n-th onset loses its epoch; of its response, only what lies within ``cut`` samples of its ends is held."""
     kept = np.arange(len(onsets)) % every > 0
     spans = np.tile([cut, LENGTH - cut], ((~kept).sum(), 1))
-    return epochs[kept], onsets[kept], kinds[kept], Others(onsets[~kept], spans)
+    return epochs[kept], onsets[kept], kinds[kept], OtherOnsets(onsets[~kept], spans)
 
 
 def test_onsets_without_an_epoch_leave_no_trace_in_the_epochs_they_reach():
@@ -86,7 +86,7 @@ def test_equals_least_squares_on_the_samples_within_epochs(cut):
 def test_onsets_far_from_every_epoch_change_nothing():
     _, epochs, onsets, kinds, _ = recording(noise=0.5)
     masks = np.stack([kinds == k for k in range(3)])
-    far = Others(np.array([onsets[-1] + 1000]), np.array([[0, LENGTH]]))
+    far = OtherOnsets(np.array([onsets[-1] + 1000]), np.array([[0, LENGTH]]))
     plain = regressed_averages(epochs, onsets, masks)
     np.testing.assert_allclose(regressed_averages(epochs, onsets, masks, far), plain, rtol=1e-12)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hrcneuro.eeg.cleaning import Recipe, Signals, clean
+from hrcneuro.eeg.cleaning import CleaningParams, Signals, clean
 from hrcneuro.eeg.interpolation import sphere_centre
 from hrcneuro.eeg.synthetic import SyntheticParams, generate
 from hrcneuro.eeg.synthetic.head import CH_NAMES, EEG, head
@@ -37,7 +37,7 @@ def cleaned():
         signals = Signals(
             made.data_uv.astype(float), SFREQ, list(EEG), list(CH_NAMES[len(EEG) :]), places - sphere_centre(places)
         )
-        result = clean(signals, Recipe(1.0, 40.0, SFREQ), on_step=watch)
+        result = clean(signals, CleaningParams(sfreq=SFREQ), on_step=watch)
         found.append((bad, result, energy))
     return found
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CloughTocher2DInterpolator
 
 from hrcneuro.eeg.interpolation import sphere_centre
 from hrcneuro.figures import topomap
-from hrcneuro.figures.topomap import Map, Scalp
+from hrcneuro.figures.topomap import Scalp, Topography
 
 FRONT = ["Fp1", "Fp2", "F7", "F3", "Fz", "F4", "F8", "FC5", "FC1", "FC2", "FC6"]
 NAMES = [*FRONT, "T7", "C3", "Cz", "C4", "T8", "TP9", "CP5", "CP6", "TP10", "P7", "P3", "Pz", "P4", "P8", "O1", "O2"]
@@ -74,7 +74,7 @@ def test_a_row_of_maps_is_few_artists(positions):
     figure = Figure(figsize=(5, 2))
     axes = figure.add_axes((0.1, 0.1, 0.8, 0.5))
     values = smooth(positions)
-    maps = [Map(0.1 * i, values, values > np.quantile(values, 0.8)) for i in range(3)]
+    maps = [Topography(0.1 * i, values, values > np.quantile(values, 0.8)) for i in range(3)]
     Scalp.of(positions).draw(axes, maps, 2.0, slots=4, bar=True)
     assert [text.get_text() for text in axes.texts] == ["0 ms", "100 ms", "200 ms", "-2", "0", "2", "µV"]
     assert len(axes.images) + len(axes.collections) + len(axes.lines) == 6

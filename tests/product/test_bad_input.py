@@ -170,7 +170,8 @@ def test_a_condition_without_trials_is_left_out_and_said(hrcneuro, tiny):
     rest = ("--workdir", tiny / "study", "--json", "--executor", "serial", "--config", tiny / "tiny.toml")
     done = hrcneuro("epoch", "s01", *rest)
     assert done.code == 0, done.err
-    assert any("no epoch of" in note for note in done.json["items"][-1]["summary"]["warnings"])
+    (epoch,) = [item for item in done.json["items"] if item["stage"] == "epoch"]
+    assert any("no epoch of" in note for note in epoch["summary"]["warnings"])
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
-"""Figs 2 and 3 and the tables of decoding, from a finished study and from scores that are known."""
+"""The tables of decoding, from a finished study and from scores that are known."""
 
-import dataclasses
-import json
 import re
 from pathlib import Path
 
@@ -11,56 +9,15 @@ import pytest
 
 from hrcneuro.analyses import decode_group
 from hrcneuro.config import settings as config
-from hrcneuro.eeg.selection import shortest_gap_s
 from hrcneuro.io.tables import write_table
-from hrcneuro.pipeline import walk as pipeline
-from hrcneuro.report import chapters, fig_cases
+from hrcneuro.pipeline.item import Item, State
+from hrcneuro.report import chapters
 from hrcneuro.report.results import Results
 from hrcneuro.tables.decode import EXTRA, SCORES
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = config.load(ROOT / "configs/smoke.toml")
 DECODERS = SETTINGS.sections["decode"].decoders
-
-
-@pytest.fixture(scope="module")
-def items(smoke):
-    return [pipeline.Item(**item) for item in json.loads((smoke / "done").read_text(encoding="utf-8"))["items"]]
-
-
-def foot(figure):
-    return " ".join(text.get_text() for text in figure.texts)
-
-
-@pytest.fixture(scope="module")
-def fig2(items):
-    return fig_cases.draw(Results(SETTINGS, items), fig_cases.FIG_2)
-
-
-def test_fig_2_hatches_potentials_and_rhythms_from_the_shortest_gap_on(fig2, items):
-    results = Results(SETTINGS, items)
-    tables = results.tables("acquire", "trials.parquet").values()
-    chosen = [t[t[["condition_before", "condition_after"]].notna().any(axis=1)] for t in tables]
-    shortest = min(map(shortest_gap_s, chosen))
-    assert 0.5 < shortest < 1
-    shaded = [axes for axes in fig2.axes if axes.get_xlabel().startswith("time") or "µV)" in axes.get_ylabel()]
-    assert len(shaded) == 2 * len(fig_cases.FIG_2)
-    for axes in shaded:
-        (patch,) = [p for p in axes.patches if p.get_hatch()]
-        spans = patch.get_path().vertices[:, 0]
-        assert spans.min() == pytest.approx(1000 * shortest, abs=1)
-        assert spans.max() == pytest.approx(axes.get_xlim()[1], abs=1)
-    (legend,) = fig2.legends
-    assert f"{1000 * shortest:.0f} ms" in " ".join(text.get_text() for text in legend.get_texts())
-
-
-def test_the_foot_names_the_tests_of_potentials_and_rhythms_where_they_differ(fig2, items):
-    assert "extreme statistics" in foot(fig2)
-    assert "rhythms" not in foot(fig2)
-    ersp = dataclasses.replace(SETTINGS.sections["ersp"], correction="cluster")
-    settings = dataclasses.replace(SETTINGS, sections={**SETTINGS.sections, "ersp": ersp})
-    text = foot(fig_cases.draw(Results(settings, items), fig_cases.FIG_3))
-    assert re.search("potentials: .*extreme statistics; rhythms: .*clusters", text)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +38,7 @@ def known(tmp_path_factory):
     for name, (schema, frame) in decode_group.tables(scores, DECODERS, 1).items():
         write_table(frame, out / name, schema)
     found = {path.name: str(path) for path in out.glob("*.parquet")}
-    return Results(SETTINGS, [pipeline.Item("decode", "group", state="hit", artifacts=found)])
+    return Results(SETTINGS, [Item("decode", "group", state=State.HIT, artifacts=found)])
 
 
 def cells(html, first):

@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 
 from hrcneuro.config import settings as config
-from hrcneuro.report import maps, measured_brain, measured_learning, measured_moves
+from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.published import SOA_MS
+from hrcneuro.report import measured_brain, measured_learning, measured_moves
 from hrcneuro.report.results import Results
 
 DECODERS = ("emp", "60", "70", "80")
@@ -69,10 +71,10 @@ def test_durations_agree_in_mean_and_spread(shift, stretch, expected):
     z = np.resize([-1.0, 1.0], 1000)
     parts = [
         pd.DataFrame({"scenario": scenario, "soa_s": (mean + shift + stretch * sd * z) / 1000})
-        for scenario, (mean, sd) in measured_moves.TRIAL_MS.items()
+        for scenario, (mean, sd) in SOA_MS.items()
     ]
     found = measured_moves._durations(pd.concat(parts))
-    assert [found[f"soa {scenario}"].agrees for scenario in measured_moves.TRIAL_MS] == [expected, expected]
+    assert [found[f"soa {scenario}"].agrees for scenario in SOA_MS] == [expected, expected]
 
 
 def brain(*assignments):
@@ -82,7 +84,7 @@ def brain(*assignments):
     cases += [(scenario, measured_brain.BEFORE) for scenario in ("sC", "iC")]
     tested = {}
     for stage, shape, bins in (("erp", (3, 14), np.zeros(0)), ("ersp", (3, len(hz), 14), hz)):
-        nothing = maps.Tested(11, channels, times, np.zeros(shape), np.zeros(shape, dtype=bool), bins)
+        nothing = SignificanceMap(11, channels, times, np.zeros(shape), np.zeros(shape, dtype=bool), bins)
         tested[stage] = dict.fromkeys(cases, nothing)
     settings = config.load(None, list(assignments))
     results = SimpleNamespace(settings=settings, maps=tested.get, included=lambda stage: [])

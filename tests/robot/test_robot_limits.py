@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from hrcneuro.robot.limits import ACCELERATION, BOX, INVALID, MAX_SPEED, RANGE, SPEED, Limits
+from hrcneuro.robot.parameters import Safety
 from hrcneuro.robot.tracking import tip
 
 STEP = 12.0 * 0.008
@@ -9,7 +10,7 @@ STEP = 12.0 * 0.008
 
 @pytest.fixture
 def limits(workspace):
-    return Limits(acceleration=12.0, box=workspace.box, tool=0.1)
+    return Limits(Safety(), box=workspace.box, tool=0.1)
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def test_the_manuals_joint_speeds():
 
 @pytest.mark.parametrize("joint", range(6))
 def test_speed_is_scaled_uniformly(joint, workspace):
-    wide = Limits(acceleration=1e6, box=((-9,) * 3, (9,) * 3), tool=0.1)
+    wide = Limits(Safety(max_acceleration=1e6), box=((-9,) * 3, (9,) * 3), tool=0.1)
     asked = [0.3, -0.3, 0.2, 0.1, -0.2, 0.3]
     asked[joint] = -10.0
     sent, met = wide([0.0] * 6, list(asked), [0.0] * 6)
@@ -47,7 +48,7 @@ def test_acceleration_scales_the_whole_change(limits, q):
 
 
 def test_a_joint_brakes_before_the_end_of_its_range():
-    wide = Limits(acceleration=12.0, box=((-9,) * 3, (9,) * 3), tool=0.1)
+    wide = Limits(Safety(), box=((-9,) * 3, (9,) * 3), tool=0.1)
     for sign in (1, -1):
         q, qd = np.zeros(6), [0.0] * 6
         q[5] = sign * 5.5

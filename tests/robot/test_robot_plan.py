@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.robot.cell import Cell
-from hrcneuro.robot.plan import check_durations, check_paths, plan, sampling_rate, select
-from hrcneuro.robot.workspace import Workspace
+from hrcneuro.robot.parameters import Durations, Selection
+from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, sampling_rate, select
+from hrcneuro.robot.workspace import Flaw, WayError, Workspace
 
-NO_TIMES = {"t_f": None, "t_f_range": (0.6, 1.2), "default_t_f": 0.9}
+LOGGED = Durations()
 
 
 def log(**changes) -> pd.DataFrame:
@@ -28,7 +28,7 @@ def log(**changes) -> pd.DataFrame:
 
 
 def test_each_move_starts_where_the_last_one_ended():
-    moves = plan(log(), **NO_TIMES)
+    moves = plan(log(), LOGGED)
     assert [(m.start, m.end) for m in moves] == [
         ((3, 3), (2, 3)),
         ((2, 3), (2, 4)),
@@ -42,7 +42,7 @@ def test_each_move_starts_where_the_last_one_ended():
 
 def test_a_marker_names_its_move():
     one, *_, last = plan(log(practice=[False] * 4 + [True], episode=[1, 1, 1, 4, 5], executed=["N", "E", *[None] * 3]),
-                         **NO_TIMES)  # fmt: skip
+                         LOGGED)  # fmt: skip
     assert one.marker("s01") == "move/subject=s01/scenario=iC/block=1/episode=1/trial=0"
     assert last.marker("s02") == "move/subject=s02/scenario=sC/block=2/episode=5/trial=1/practice"
 
@@ -56,78 +56,78 @@ def test_the_rate_of_the_recording_comes_from_its_onsets():
 
 
 def test_durations_come_from_the_log_then_the_gaps_then_the_default():
-    assert {m.t_f for m in plan(log(), **NO_TIMES)} == {0.9}
+    assert {m.t_f for m in plan(log(), LOGGED)} == {0.9}
     gaps = log(soa_s=[0.5, 0.8, np.nan, 7.0, np.nan])
-    assert [m.t_f for m in plan(gaps, **NO_TIMES)] == [0.6, 0.8, 0.9, 1.2, 0.9]
+    assert [m.t_f for m in plan(gaps, LOGGED)] == [0.6, 0.8, 0.9, 1.2, 0.9]
     known = gaps.assign(t_f_s=[0.7, np.nan, 0.75, 1.1, 0.6])
-    assert [m.t_f for m in plan(known, **NO_TIMES)] == [0.7, 0.8, 0.75, 1.1, 0.6]
-    assert {m.t_f for m in plan(known, **(NO_TIMES | {"t_f": 1.0}))} == {1.0}
-    assert [m.gap for m in plan(gaps, **NO_TIMES)][:2] == [0.5, 0.8]
+    assert [m.t_f for m in plan(known, LOGGED)] == [0.7, 0.8, 0.75, 1.1, 0.6]
+    assert {m.t_f for m in plan(known, Durations(t_f_s=1.0))} == {1.0}
+    assert [m.gap for m in plan(gaps, LOGGED)][:2] == [0.5, 0.8]
 
 
 def test_a_log_that_jumps_is_refused():
-    with pytest.raises(DataError, match=r"block 1, episode 1, trial 1: the log jumps from tile \(2, 3\) to \(2, 6\)"):
-        plan(log(col=[3, 6, 4, 0, 0]), **NO_TIMES)
+    with pytest.raises(ValueError, match=r"block 1, episode 1, trial 1: the log jumps from tile \(2, 3\) to \(2, 6\)"):
+        plan(log(col=[3, 6, 4, 0, 0]), LOGGED)
 
 
 def test_a_move_off_the_grid_is_refused():
-    with pytest.raises(DataError, match=r"leaves the 7 × 7 grid"):
-        plan(log(row=[6, 6, 6, 0, 1]), **NO_TIMES)
+    with pytest.raises(ValueError, match=r"leaves the 7 × 7 grid"):
+        plan(log(row=[6, 6, 6, 0, 1]), LOGGED)
 
 
 def test_a_foreign_study_has_nothing_to_replay():
     foreign = log(row=[None] * 5, col=[None] * 5)
-    with pytest.raises(DataError, match=r"no moves in the trial table \(5 rows") as caught:
-        select(foreign, blocks=(), episodes=(), practice=True)
-    assert "grid study" in caught.value.cure
+    with pytest.raises(ValueError, match=r"no moves in the trial table \(5 rows"):
+        grid_moves(foreign)
+    assert len(grid_moves(log(row=[2, None, 2, 0, 1]))) == 4
 
 
 def test_selection():
     table = log(practice=[True, True, True, False, False])
-    everything = {"blocks": (), "episodes": (), "practice": True}
-    assert len(select(table, **everything)) == 5
-    assert len(select(table, **(everything | {"practice": False}))) == 2
-    assert len(select(table, **(everything | {"blocks": (1,)}))) == 3
-    assert len(select(table, **(everything | {"episodes": (4,)}))) == 2
-    with pytest.raises(ConfigError, match=r"robot.blocks: \[13\] not in the log, which has 1 … 2"):
-        select(table, **(everything | {"blocks": (13,)}))
-    with pytest.raises(ConfigError, match=r"robot.episodes: \[4\] not in the log, which has 1\n"):
-        select(table, blocks=(1,), episodes=(4,), practice=True)
-    with pytest.raises(ConfigError, match="leave no move"):
-        select(log(practice=[True] * 5), **(everything | {"practice": False}))
+    everything = Selection(practice=True)
+    assert len(select(table, everything)) == 5
+    assert len(select(table, Selection())) == 2
+    assert len(select(table, dataclasses.replace(everything, blocks=(1,)))) == 3
+    assert len(select(table, dataclasses.replace(everything, episodes=(4,)))) == 2
+    with pytest.raises(ValueError, match=r"^blocks: \[13\] not in the log, which has 1 … 2$"):
+        select(table, dataclasses.replace(everything, blocks=(13,)))
+    with pytest.raises(ValueError, match=r"^episodes: \[4\] not in the log, which has 1$"):
+        select(table, Selection(blocks=(1,), episodes=(4,), practice=True))
+    with pytest.raises(ValueError, match="leave no move"):
+        select(log(practice=[True] * 5), Selection())
 
 
 def test_a_t_f_that_breaks_a_limit_is_refused_with_the_least_that_does_not(workspace):
-    moves = plan(log(), **(NO_TIMES | {"t_f": 0.2}))
-    with pytest.raises(ConfigError, match=r"t_f 0.2 s from tile .* asks joint 3 for .* rad/s²; it may do 3.14 and 12"
+    moves = plan(log(), Durations(t_f_s=0.2))
+    with pytest.raises(TooQuick, match=r"t_f 0.2 s from tile .* asks joint 3 for .* rad/s²; it may do 3.14 and 12"
                        ) as caught:  # fmt: skip
         check_durations(moves, workspace, acceleration=12.0)
-    least = float(caught.value.cure.split("at least ")[1].split(" s ")[0])
-    check_durations(plan(log(), **(NO_TIMES | {"t_f": least})), workspace, acceleration=12.0)
-    with pytest.raises(ConfigError):
-        check_durations(plan(log(), **(NO_TIMES | {"t_f": least - 0.02})), workspace, acceleration=12.0)
+    least = caught.value.least_s
+    check_durations(plan(log(), Durations(t_f_s=least)), workspace, acceleration=12.0)
+    with pytest.raises(TooQuick):
+        check_durations(plan(log(), Durations(t_f_s=least - 0.02)), workspace, acceleration=12.0)
 
 
 def test_only_clamped_moves_ask_for_nothing(workspace):
-    check_durations([m for m in plan(log(), **NO_TIMES) if m.dwells], workspace, acceleration=1.0)
+    check_durations([m for m in plan(log(), LOGGED) if m.dwells], workspace, acceleration=1.0)
 
 
 def test_ways_are_checked_before_anything_moves(workspace, monkeypatch):
     """Moves and approaches alike. The cell is sound, so doubt is sown: each way is then looked at, and one fails."""
-    moves = plan(log(), **NO_TIMES)
+    moves = plan(log(), LOGGED)
     check_paths(moves, workspace)
     asked = []
 
     def refuse(start, end, *, near):
         asked.append((workspace.tile(start), workspace.tile(end)))
         if asked[-1] == ((2, 4), (0, 0)):
-            raise ConfigError("the way leads through here", cure="robot.cell")
+            raise WayError(Flaw.SINGULAR, "the way leads through here")
 
     monkeypatch.setattr(workspace, "check_way", refuse)
     monkeypatch.setattr(workspace, "doubtful", lambda starts, ends: np.ones(len(starts), bool))
-    with pytest.raises(ConfigError, match=r"from tile \(2, 4\) to \(0, 0\) the way leads through here") as caught:
+    with pytest.raises(WayError, match=r"from tile \(2, 4\) to \(0, 0\) the way leads through here") as caught:
         check_paths(moves, workspace)
-    assert caught.value.cure == "robot.cell"
+    assert caught.value.flaw is Flaw.SINGULAR
     assert asked == [((3, 3), (3, 3)), ((3, 3), (2, 3)), ((2, 3), (2, 4)), ((2, 4), (0, 0))]
 
 
@@ -143,6 +143,6 @@ def test_doubt_falls_on_the_ways_that_the_slow_check_refuses():
         try:
             near.check_way(near.position(*start), near.position(*end), near=near.reach.q[start])
             refused = False
-        except ConfigError:
+        except WayError:
             refused = True
         assert refused == doubt

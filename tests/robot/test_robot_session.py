@@ -3,29 +3,30 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.robot import record
+from hrcneuro.robot.backend import ArmError, Cause
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.identify import response_lead
 from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.measure import fit_onset, measure_moves, stim_sample, timing, tip
-from hrcneuro.robot.plan import Move
+from hrcneuro.robot.minimum_jerk import minimum_jerk
+from hrcneuro.robot.parameters import Pace, Safety
+from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.safety import Supervisor
-from hrcneuro.robot.session import Pace, find_lead, go_home, run_session
-from hrcneuro.robot.trajectory import Bounds, minimum_jerk
-from hrcneuro.robot.workspace import DOWN, Workspace
+from hrcneuro.robot.session import find_lead, go_home, run_session
+from hrcneuro.robot.workspace import DOWN, Flaw, WayError, Workspace
 
-PACE = Pace(approach=Bounds(0.25, 1.0, 10.0), homing=Bounds(0.5, 1.0, 10.0), pause=0.1)
+PACE = Pace(pause_s=0.1)
 
 
-def move(start, end, *, first=False, t_f=0.7, gap=np.nan) -> Move:
-    return Move("iC", False, 1, 1, 0, start, end, first, t_f, gap)
+def move(start, end, *, first=False, t_f=0.7, gap=np.nan) -> PlannedMove:
+    return PlannedMove("iC", False, 1, 1, 0, start, end, first, t_f, gap)
 
 
 def session(make_loop, workspace, moves, *, pace=PACE, **changes):
     loop, done = make_loop(workspace.home(), **changes), []
     with loop:
-        run_session(loop, workspace, moves, lead=0.027, pace=pace, on_done=done.append)
+        run_session(loop, workspace, moves, lead=0.027, pace=pace, on_executed=done.append)
     telemetry = loop.record.telemetry()
     return loop, done, telemetry, tip(telemetry, tool=0.1)
 
@@ -40,7 +41,7 @@ def test_the_lead_is_found(make_loop, workspace, lag, lead):
 @pytest.mark.parametrize(("uneven", "rounds"), [(0, 1), (1, 2), (5, 3)])
 def test_the_lead_is_sought_again_where_a_cycle_came_late(make_loop, workspace, uneven, rounds):
     """A machine that is busy for a moment must not spoil the whole session."""
-    loop = make_loop(lead=0.0, supervisor=Supervisor(max_age=0.1))
+    loop = make_loop(lead=0.0, supervisor=Supervisor(Safety(max_packet_age_s=0.1)))
     wait, due = loop._clock.wait_until, [1.0 + 4.0 * i for i in range(uneven)]
 
     def stumble(t):
@@ -60,8 +61,9 @@ def test_the_lead_is_sought_again_where_a_cycle_came_late(make_loop, workspace, 
 def test_an_arm_that_does_not_move_has_no_lead(make_loop, workspace):
     loop = make_loop()
     loop.rest(loop.now() + 0.5)
-    with pytest.raises(HardwareError, match="did not move"):
+    with pytest.raises(ArmError, match="did not move") as caught:
         response_lead(loop.record.telemetry())
+    assert caught.value.cause is Cause.NO_RESPONSE
 
 
 def test_an_arm_that_obeys_someone_else_has_no_lead(make_loop, workspace):
@@ -69,7 +71,7 @@ def test_an_arm_that_obeys_someone_else_has_no_lead(make_loop, workspace):
     find_lead(loop, workspace)
     telemetry = loop.record.telemetry()
     telemetry.q[:, 0] += 0.05 * np.sin(telemetry.time)
-    with pytest.raises(HardwareError, match=r"does not follow its commands: \d+\.\d %"):
+    with pytest.raises(ArmError, match=r"does not follow its commands: \d+\.\d %"):
         response_lead(telemetry)
 
 
@@ -99,11 +101,11 @@ def test_homing_from_a_tile_lifts_before_it_crosses(make_loop, workspace):
 def test_homing_is_refused_from_outside_or_with_another_elbow(make_loop, workspace):
     high = workspace.home() + np.array([0, -0.8, 0, 0, 0, 0])
     loop = make_loop(high)
-    with pytest.raises(HardwareError, match="outside the keep-inside box"):
+    with pytest.raises(ArmError, match="outside the keep-inside box"):
         go_home(loop, workspace, pace=PACE)
     assert not loop.record.telemetry().command.any()
     turned = workspace.home() + np.array([0, 0, 0, 0, 0, np.pi])
-    with pytest.raises(HardwareError, match=r"joint 6 stands at .*another elbow or wrist"):
+    with pytest.raises(ArmError, match=r"joint 6 stands at .*another elbow or wrist"):
         go_home(make_loop(turned), workspace, pace=PACE)
 
 
@@ -119,7 +121,7 @@ def test_a_session_replays_the_log_at_its_pace(make_loop, workspace):
     _, done, telemetry, at = session(make_loop, workspace, moves)
     onsets = [d.track.onset if np.isfinite(d.track.onset) else d.track.start for d in done]
     assert np.diff(onsets)[[0, 1, 2]] == pytest.approx([1.0, 0.9, 0.8], abs=0.0081)
-    assert np.diff(onsets)[4] == pytest.approx(PACE.longest_gap, abs=0.0081)
+    assert np.diff(onsets)[4] == pytest.approx(PACE.longest_gap_s, abs=0.0081)
     for one in done:
         end = at.position[one.track.last - 1]
         assert 1e3 * np.linalg.norm(end - workspace.position(*one.move.end)) <= 0.1
@@ -139,7 +141,7 @@ def test_in_radius_the_moves_flow_into_each_other(make_loop, workspace):
         move((4, 4), (5, 4), gap=1.5),
         move((5, 4), (5, 3)),
     ]
-    pace = dataclasses.replace(PACE, in_radius=True)
+    pace = dataclasses.replace(PACE, start_next="in_radius")
     _, done, telemetry, at = session(make_loop, workspace, moves, pace=pace)
     assert [one.flowed for one in done] == [False, True, False, False, False]
     first, second = done[0].track, done[1].track
@@ -160,12 +162,13 @@ def test_in_radius_the_moves_flow_into_each_other(make_loop, workspace):
 def test_a_way_through_a_singular_region_is_refused(workspace):
     inside = workspace.position(3, 3)
     workspace.check_way(inside, workspace.position(6, 6), near=workspace.reach.q[3, 3])
-    with pytest.raises(ConfigError, match=r"through \(-1\.314, .*outside the keep-inside box"):
+    with pytest.raises(WayError, match=r"through \(-1\.314, .*outside the keep-inside box") as caught:
         workspace.check_way(inside, (-1.5, 0.0, 0.0), near=workspace.reach.q[3, 3])
+    assert caught.value.flaw is Flaw.OUT_OF_BOX
     wide = Workspace(Cell(margin=0.5, ceiling=1.5, min_singular_value=0.1))
-    with pytest.raises(ConfigError, match=r"value of the Jacobian is 0\.0\d+; at least 0\.1 is"):
+    with pytest.raises(WayError, match=r"value of the Jacobian is 0\.0\d+; at least 0\.1 is"):
         wide.check_way(inside, (-1.30, 0.0, -0.05), near=wide.reach.q[3, 3])
-    with pytest.raises(ConfigError, match=r"through \(-1\.275, .*does not reach"):
+    with pytest.raises(WayError, match=r"through \(-1\.275, .*does not reach"):
         Workspace(Cell(margin=0.5, ceiling=1.5, min_singular_value=0.0)).check_way(
             (-1.2, 0.0, 0.3), (-1.5, 0.0, 0.3), near=wide.reach.q[6, 3]
         )
@@ -173,12 +176,12 @@ def test_a_way_through_a_singular_region_is_refused(workspace):
 
 def test_a_stopped_session_keeps_what_it_has(make_loop, workspace):
     from hrcneuro.robot.backend import Stopped
-    from hrcneuro.robot.sim import Fault
+    from hrcneuro.robot.sim import Disturbance
 
     moves = [move((3, 3), (3, 4), first=True), move((3, 4), (3, 5)), move((3, 5), (3, 4))]
-    loop, done = make_loop(workspace.home(), faults=(Fault("protective_stop", 2.0),)), []
+    loop, done = make_loop(workspace.home(), disturbances=(Disturbance("protective_stop", 2.0),)), []
     with pytest.raises(Stopped, match="protective"), loop:
-        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_done=done.append)
+        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_executed=done.append)
     assert [one.index for one in done] == [0]
     assert loop.record.telemetry().time[-1] >= 2.0
 

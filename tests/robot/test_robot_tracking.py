@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hrcneuro.robot.kinematics import forward, jacobian
-from hrcneuro.robot.tracking import ResolvedRate, ldl6, tip
+from hrcneuro.robot.tracking import ResolvedRate, Tracking, ldl6, tip
 
 
 def test_the_law_equals_its_plain_form():
@@ -13,7 +13,9 @@ def test_the_law_equals_its_plain_form():
         pose = forward(q, tool=0.1)
         turn = rng.normal(size=3) * 1e-5
         law = ResolvedRate(
-            tool=0.1, orientation=Rotation.from_rotvec(turn).as_matrix() @ pose[:3, :3], gain=7.0, damping=0.02
+            Tracking(gain=7.0, damping=0.02),
+            tool=0.1,
+            orientation=Rotation.from_rotvec(turn).as_matrix() @ pose[:3, :3],
         )
         off, v = rng.normal(size=3) * 1e-2, rng.normal(size=3) * 0.2
         qd, *error = law(q.tolist(), (pose[:3, 3] + off).tolist(), v.tolist())
@@ -33,7 +35,7 @@ def test_orientation_is_fed_back():
     q = np.radians([-9.4, -39.6, 84.7, -135.1, -90.0, -99.4])
     pose = forward(q, tool=0.1)
     for turn in np.eye(3) * 0.05:
-        law = ResolvedRate(tool=0.1, orientation=Rotation.from_rotvec(turn).as_matrix() @ pose[:3, :3])
+        law = ResolvedRate(Tracking(), tool=0.1, orientation=Rotation.from_rotvec(turn).as_matrix() @ pose[:3, :3])
         qd, *_ = law(q.tolist(), pose[:3, 3].tolist(), (0.0, 0.0, 0.0))
         twist = jacobian(q, tool=0.1) @ qd
         assert np.allclose(twist[3:], 8.0 * turn, atol=0.01)
@@ -53,7 +55,7 @@ def test_ldl6_solves(seed, damping):
 def test_near_a_singularity_the_velocity_stays_bounded():
     q = np.radians([0.0, -90.0, 0.0, -90.0, 0.0, 0.0])  # the arm straight up, wrist aligned
     pose = forward(q, tool=0.1)
-    law = ResolvedRate(tool=0.1, orientation=pose[:3, :3])
+    law = ResolvedRate(Tracking(), tool=0.1, orientation=pose[:3, :3])
     qd, *_ = law(q.tolist(), pose[:3, 3].tolist(), (0.1, 0.1, 0.1))
     assert np.isfinite(qd).all()
     # |Jᵀ(JJᵀ+λ²)⁻¹| ≤ 1/(2λ)

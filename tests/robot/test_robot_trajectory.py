@@ -3,8 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcneuro.errors import StageError
-from hrcneuro.robot.trajectory import BoundedPath, Bounds, MovingStart, Stop, TileMove, minimum_jerk, minimum_jerk_cost
+from hrcneuro.robot.minimum_jerk import minimum_jerk, minimum_jerk_cost
+from hrcneuro.robot.parameters import Bounds
+from hrcneuro.robot.trajectory import BoundedPath, MovingStart, NoPath, Stop, TileMove
 
 APPROACH = Bounds(0.25, 1.0, 10.0)
 
@@ -119,9 +120,9 @@ def test_a_path_of_no_length_takes_no_time():
 
 
 def test_an_impossible_path_is_refused():
-    with pytest.raises(StageError, match="nan"):
+    with pytest.raises(NoPath, match="nan"):
         BoundedPath((0.0, 0.0, 0.0), (float("nan"), 0.0, 0.0), APPROACH)
-    with pytest.raises(StageError, match="no jerk-limited path"):
+    with pytest.raises(NoPath, match="no jerk-limited path"):
         BoundedPath((0.0,), (1.0,), Bounds(0.0, 0.0, 0.0))
 
 

@@ -1,17 +1,17 @@
 import numpy as np
 import pytest
 
-from hrcneuro.errors import ConfigError
-from hrcneuro.robot.cell import GRID, Cell
+from hrcneuro.paradigm.grid import SIZE
+from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.kinematics import forward, jacobian
-from hrcneuro.robot.workspace import DOWN, Workspace, refine
+from hrcneuro.robot.workspace import DOWN, CellError, Flaw, Workspace, refine
 
-TILES = list(np.ndindex(GRID, GRID))
-WAYS = [((r, c), (r + dr, c + dc)) for r, c in TILES for dr, dc in ((0, 1), (1, 0)) if r + dr < GRID and c + dc < GRID]
+TILES = list(np.ndindex(SIZE, SIZE))
+WAYS = [((r, c), (r + dr, c + dc)) for r, c in TILES for dr, dc in ((0, 1), (1, 0)) if r + dr < SIZE and c + dc < SIZE]
 
 
 def test_tiles_stand_where_the_paper_puts_them(workspace):
-    x = [-workspace.position(row, 3)[0] for row in range(GRID)]
+    x = [-workspace.position(row, 3)[0] for row in range(SIZE)]
     assert x[0] - 0.035 == pytest.approx(0.76)
     assert x[-1] + 0.035 == pytest.approx(1.25)
     assert np.diff(x) == pytest.approx(0.07)
@@ -61,19 +61,21 @@ def test_joint_peaks_over_all_84_moves(workspace):
 
 
 def test_a_cell_on_the_floor_is_out_of_reach():
-    with pytest.raises(ConfigError, match=r"does not reach tile \(\d, \d\)") as caught:
+    with pytest.raises(CellError, match=r"does not reach tile \(\d, \d\)") as caught:
         Workspace(Cell(base_height=0.0, near_edge=1.1))
-    assert "base_height" in caught.value.cure
+    assert caught.value.flaw is Flaw.OUT_OF_REACH
 
 
 def test_a_singular_region_is_refused():
-    with pytest.raises(ConfigError, match=r"smallest singular value .* is 0.165; at least 0.3 "):
+    with pytest.raises(CellError, match=r"smallest singular value .* is 0.165; at least 0.3 ") as caught:
         Workspace(Cell(min_singular_value=0.3))
+    assert caught.value.flaw is Flaw.SINGULAR
 
 
 def test_a_box_without_room_is_refused():
-    with pytest.raises(ConfigError, match=r"keep-inside box reaches from 0\.03 to 0\.4 m"):
+    with pytest.raises(CellError, match=r"keep-inside box reaches from 0\.03 to 0\.4 m") as caught:
         Workspace(Cell(floor=0.03))
+    assert caught.value.flaw is Flaw.NO_ROOM
 
 
 def test_home_is_above_the_centre_and_inside(workspace):

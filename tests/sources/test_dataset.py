@@ -265,7 +265,8 @@ def test_inspection_of_a_subject_that_is_not_there(study, config):
 
 def test_real_logs_with_a_recording_made_from_them(tmp_path, write_set, noise_uv):
     """The whole way at the published size: 2198 rows of the real log matched to markers of a made recording."""
-    from hrcneuro.sources import options, simulated
+    from hrcneuro.paradigm.params import TimingParams
+    from hrcneuro.sources import simulated
 
     real = Path(__file__).parents[2] / "../shared/data/HRC_neurobased_taskplanning"
     if not real.is_dir():
@@ -274,7 +275,7 @@ def test_real_logs_with_a_recording_made_from_them(tmp_path, write_set, noise_uv
     for path in (tmp_path / "study/s01").iterdir():
         path.chmod(0o644)
     (tmp_path / "study/s01").chmod(0o755)
-    log = simulated.logged_trials(str(real), "s01", timing=options.Timing(), seed=3)
+    log = simulated.logged_trials(str(real), "s01", timing=TimingParams(), seed=3)
     sfreq = 64.0
     events = [(33025, t * sfreq + 1) for t in log["onset_s"]]
     write_set(

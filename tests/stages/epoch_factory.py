@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.io.fif import write_epochs
+from hrcneuro.paradigm.conditions import CASES
 
 CHANNELS = ("Fz", "FC1", "FC2", "C3", "Cz", "C4", "Pz", "POz")
-CASES = ("HH", "HR", "RR", "RH")
 
 
 def trial_table(rng: np.random.Generator, n: int) -> pd.DataFrame:
@@ -73,14 +73,3 @@ def write_subject(
     folder.mkdir(parents=True, exist_ok=True)
     write_epochs(epochs, folder / f"{unit}_epo.fif")
     return epochs
-
-
-def figure_files(*names: str) -> set[str]:
-    """Return the files of figures: each is a PNG and a PDF."""
-    return {f"{name}.{kind}" for name in names for kind in ("png", "pdf")}
-
-
-def blank(path: Path) -> None:
-    """Write what a figure leaves, without a picture."""
-    for one in (path, path.with_suffix(".pdf")):
-        one.write_bytes(b"")

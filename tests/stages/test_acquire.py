@@ -16,11 +16,11 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import describe, read_table
-from hrcneuro.sources import options
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.stages import acquire
 
-SHORT = options.Session(practice_episodes=1, blocks=2, episodes_per_block=1)
-CONFIG = acquire.Config(session=SHORT, timing=options.Timing(break_s=1.0, pause_s=1.0), sfreq=128.0)
+SHORT = SessionParams(practice_episodes=1, blocks=2, episodes_per_block=1)
+CONFIG = acquire.Config(session=SHORT, timing=TimingParams(break_s=1.0, pause_s=1.0), sfreq=128.0)
 LOGS = Path(__file__).parents[2] / "../shared/data/HRC_neurobased_taskplanning"
 
 
@@ -124,17 +124,27 @@ def test_inspection_of_a_synthetic_subject_shows_its_moves():
     assert "synthetic, 128 Hz" in acquire.render(view)
 
 
-def test_the_options_are_those_of_the_simulators():
-    """Names and defaults are written down twice, once with help and limits: they must agree."""
-    from hrcneuro.eeg.synthetic import SyntheticParams
-    from hrcneuro.paradigm.session import SessionParams
-    from hrcneuro.paradigm.timing import TimingParams
-
-    session = dataclasses.asdict(SessionParams())
-    session.pop("timing")
-    assert dataclasses.asdict(options.Session()) == session
-    assert dataclasses.asdict(options.Timing()) == dataclasses.asdict(TimingParams())
-    assert dataclasses.asdict(options.Eeg()) == dataclasses.asdict(SyntheticParams())
+@pytest.mark.parametrize(
+    ("config", "problem", "cure"),
+    [
+        (
+            {"timing": TimingParams(t_f_mean_s=2.0)},
+            "a motion of 2 ± 0.12 s does not fit between 0.6 and 1.2 s",
+            "acquire.timing.t_f_mean_s",
+        ),
+        (
+            {"session": SessionParams(practice_episodes=0, blocks=1, error_rate=1.0, wrong_key_rate=1.0)},
+            "an episode did not reach its goal within 5000 moves: error rate 1, wrong keys 1",
+            "acquire.session.error_rate",
+        ),
+        ({"sfreq": 64.0}, "synthetic EEG at 64 Hz would miss part of the band", "acquire.sfreq"),
+    ],
+)
+def test_what_cannot_be_simulated_is_said_with_a_cure_in_the_users_words(tmp_path, config, problem, cure):
+    with pytest.raises(ConfigError) as caught:
+        acquire.run(dataclasses.replace(CONFIG, **config), Inputs("s01", {}), tmp_path)
+    assert caught.value.problem.startswith(problem)
+    assert cure in caught.value.cure
 
 
 @pytest.mark.parametrize(
@@ -144,7 +154,7 @@ def test_the_options_are_those_of_the_simulators():
         ({"event_map": {"a": "b"}, "source": "dataset"}, "event_map is for source = 'file'; source is 'dataset'"),
         ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file'"),
         ({"channel_types": {"EOG1": "eoq"}, "source": "file"}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
-        ({"timing": options.Timing(t_f_min_s=2.0)}, r"t_f_min_s = 2 is above timing\.t_f_max_s = 1\.2"),
+        ({"timing": TimingParams(t_f_min_s=2.0)}, r"t_f_min_s = 2 is above timing\.t_f_max_s = 1\.2"),
         ({"sfreq": 64.0}, r"eeg\.line_hz = 50 lies above the Nyquist frequency"),
     ],
 )

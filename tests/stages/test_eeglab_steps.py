@@ -1,6 +1,6 @@
-"""EEGLAB's sample recording, step by step: firfilt, BIOSIG, pop_rejchan and eeg_interp written out from their recipes.
+"""EEGLAB's sample recording, step by step: firfilt, BIOSIG, pop_rejchan and eeg_interp written out from their paramss.
 
-The recipes are in the literature that the modules cite. Nothing of hrcneuro's numerics is used on the expected side,
+The paramss are in the literature that the modules cite. Nothing of hrcneuro's numerics is used on the expected side,
 and the file is read by its own format: single-precision µV. ORIGINAL holds a few of the numbers that the original
 functions themselves give, in GNU Octave 7.3 and double precision: pop_eegfiltnew's design and firfilt (as in 1.6.2 to
 2.7.1) with windows and firws as synchronised with FieldTrip in firfilt 2.0, BIOSIG's regress_eog with covm, EEGLAB's
@@ -171,8 +171,8 @@ def cleaned(recording: Recording, transition: str) -> tuple[cleaning.Cleaned, di
     data = np.vstack([recording.eeg, recording.eog])
     signals = cleaning.Signals(data, recording.sfreq, recording.names, ["EOG1", "EOG2"], recording.positions)
     steps: dict[str, np.ndarray] = {}
-    recipe = cleaning.Recipe(l_freq=1, h_freq=40, sfreq=128, transition=transition)
-    found = cleaning.clean(signals, recipe, on_step=lambda name, eeg: steps.update({name: eeg.copy()}))
+    params = cleaning.CleaningParams(sfreq=128, transition=transition)
+    found = cleaning.clean(signals, params, on_step=lambda name, eeg: steps.update({name: eeg.copy()}))
     return found, steps
 
 

@@ -11,10 +11,10 @@ from hrcneuro.eeg.resample import ratio
 from hrcneuro.errors import DataError
 from hrcneuro.io import fif
 from hrcneuro.io.tables import describe, read_table, write_table
-from hrcneuro.sources.trials import TRIALS
 from hrcneuro.stages import epoch
 from hrcneuro.stages.epoch import Config
 from hrcneuro.tables.quality import TIMING
+from hrcneuro.tables.trials import TRIALS
 
 # MNE itself sets an index in place when it reads metadata, which pandas 3 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")

@@ -6,35 +6,23 @@ import mne
 import numpy as np
 import pandas as pd
 import pytest
-from epoch_factory import CHANNELS, blank, figure_files, trial_table, write_subject
+from epoch_factory import CHANNELS, trial_table, write_subject
 
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.evoked import subtract_baseline, within
 from hrcneuro.eeg.resample import ratio
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.figures import erp as erp_figures
 from hrcneuro.io.fif import read_evokeds, write_epochs, write_raw
 from hrcneuro.io.tables import describe, read_lists, read_table, write_table
-from hrcneuro.sources.trials import TRIALS
 from hrcneuro.stages import epoch, erp
 from hrcneuro.tables.quality import TIMING
+from hrcneuro.tables.trials import TRIALS
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 
 SAMPLE = Path(__file__).parents[3] / "shared/data/eeglab_sample/eeglab_data.set"
 FOREIGN = erp.Config(conditions={"square": "event == 'square'", "rt": "event == 'rt'"}, contrasts={}, split="")
 SMALL = erp.Config(contrasts={"RH-RR_before": ("RH_before", "RR_before")})
-
-
-@pytest.fixture
-def pictures():
-    """Ask for the real drawing, which takes most of the time; other tests do without."""
-
-
-@pytest.fixture(autouse=True)
-def drawing(request, monkeypatch):
-    if "pictures" not in request.fixturenames:
-        monkeypatch.setattr(erp_figures, "draw", lambda panels, times, info, path, **_: blank(path))
 
 
 def run(folder, config=SMALL, unit="s01", **options):
@@ -96,6 +84,21 @@ def test_averages_table_tells_trials_and_gaps(tmp_path):
     assert one["gap_s"] == chosen["soa_s"].min()
 
 
+def test_waveforms_hold_means_and_standard_errors_of_all_trials(tmp_path):
+    _, out, epochs = run(tmp_path)
+    table = read_table(out / "waveforms.parquet")
+    assert set(table["channel"]) == set(CHANNELS)
+    data = subtract_baseline(epochs.get_data(copy=True) * 1e6, epochs.times, (-0.2, 0.0))
+    mask = (epochs.metadata["condition_before"] == "RH").to_numpy()
+    at = row(out / "waveforms.parquet", condition="RH_before", channel="C3")
+    assert table["n"][at] == mask.sum()
+    assert table["gap_s"][at] == epochs.metadata["soa_s"][mask].min()
+    waves = data[mask][:, CHANNELS.index("C3")]
+    error = waves.std(axis=0, ddof=1) / np.sqrt(len(waves))
+    np.testing.assert_allclose(read_lists(out / "waveforms.parquet", "mean_uv")[at], waves.mean(axis=0), atol=1e-4)
+    np.testing.assert_allclose(read_lists(out / "waveforms.parquet", "error_uv")[at], error, rtol=1e-4, atol=1e-5)
+
+
 def test_an_empty_condition_is_left_out_and_named(tmp_path):
     table = trial_table(np.random.default_rng(0), 40)
     table.loc[table["scenario"] == "iC", "condition_before"] = "HH"
@@ -115,18 +118,17 @@ def test_no_condition_with_trials_names_the_events(tmp_path):
     assert "move" in caught.value.cure
 
 
-def test_a_foreign_study_runs_without_scenarios_gaps_or_contrasts(tmp_path, pictures):
+def test_a_foreign_study_runs_without_scenarios_gaps_or_contrasts(tmp_path):
     table = pd.DataFrame({"event": ["square", "rt"] * 15, "scenario": None, "condition_before": None, "soa_s": np.nan})
     summary, out, _ = run(tmp_path, FOREIGN, "demo", table=table, channels=("E1", "E2", "Oz"))
     assert summary["trials"] == {"all": {"square": 15, "rt": 15}}
     assert summary["shortest_gap_s"] is None
-    assert summary["channel"] == "Oz"
-    assert "no channel Cz" in summary["warnings"][0]
-    assert (out / "erp_subject.png").stat().st_size > 10_000
+    assert summary["warnings"] == []
+    assert read_table(out / "channels.parquet")["x_m"].notna().sum() == 1
     json.dumps(summary, allow_nan=False)
 
 
-def test_the_same_input_gives_the_same_bytes(tmp_path, pictures):
+def test_the_same_input_gives_the_same_bytes(tmp_path):
     outs = [run_group(tmp_path / name, 1)[1] for name in ("a", "b")]
     for folder in ("group", "s01"):
         first, second = (out.parent / folder for out in outs)
@@ -137,8 +139,8 @@ def test_the_same_input_gives_the_same_bytes(tmp_path, pictures):
 
 def test_group_means_and_statistics(tmp_path):
     summary, out = run_group(tmp_path, 7, effect_uv=12, n=120)
-    tables = {"erp.parquet", "erp_stats.parquet", "erp_strata.parquet"}
-    assert {p.name for p in out.iterdir()} == tables | figure_files("erp", "erp_scenarios", "erp_strata")
+    tables = {"erp.parquet", "erp_stats.parquet", "erp_strata.parquet", "channels.parquet"}
+    assert {p.name for p in out.iterdir()} == tables
     evokeds = [
         {e.comment: e.data * 1e6 for e in read_evokeds(tmp_path / f"erp/s{i:02d}/s{i:02d}_ave.fif")}
         for i in range(1, 8)
@@ -179,39 +181,6 @@ def test_group_means_and_statistics(tmp_path):
     assert 0 < peak["dz_low"] < peak["dz"] < peak["dz_high"]
     assert not summary["warnings"]
     json.dumps(summary, allow_nan=False)
-
-
-def test_figures_show_the_difference_with_its_interval(tmp_path, monkeypatch, pictures):
-    from scipy.stats import ttest_1samp, ttest_ind
-
-    drawn = {}
-    monkeypatch.setattr(erp_figures, "save", lambda figure, path: drawn.update({path.name: figure}))
-    run_group(tmp_path, 5, n=50)
-    row = CHANNELS.index("Cz")
-
-    def shown(name, panel):
-        axes = [a for a in drawn[name].axes if a.get_xlim()[0] < 0 and len(a.lines) and not a.get_legend()][panel]
-        band = axes.collections[0].get_paths()[0].vertices[:, 1]
-        return next(line.get_ydata() for line in axes.lines if len(line.get_xdata()) > 2), band.min(), band.max()
-
-    evokeds = [
-        {e.comment: e.data[row] * 1e6 for e in read_evokeds(tmp_path / f"erp/s{i:02d}/s{i:02d}_ave.fif")}
-        for i in range(1, 6)
-    ]
-    waves = np.stack([e["all/RH_before"] - e["all/RR_before"] for e in evokeds])
-    interval = ttest_1samp(waves, 0).confidence_interval(0.95)
-    wave, low, high = shown("erp.png", 0)
-    np.testing.assert_allclose(wave, waves.mean(axis=0), atol=1e-4)
-    assert (low, high) == pytest.approx((interval.low.min(), interval.high.max()), abs=1e-4)
-
-    _, _, epochs = run(tmp_path / "one", n=50)
-    data = subtract_baseline(epochs.get_data(copy=True)[:, row] * 1e6, epochs.times, (-0.2, 0.0))
-    case = epochs.metadata["condition_before"].to_numpy()
-    plus, minus = data[case == "RH"], data[case == "RR"]
-    interval = ttest_ind(plus, minus, equal_var=False).confidence_interval(0.95)
-    wave, low, high = shown("erp_subject.png", 0)
-    np.testing.assert_allclose(wave, plus.mean(axis=0) - minus.mean(axis=0), atol=1e-4)
-    assert (low, high) == pytest.approx((interval.low.min(), interval.high.max()), abs=1e-4)
 
 
 def test_contrasts_are_tested_again_within_strata(tmp_path):
@@ -268,7 +237,6 @@ def test_without_strata_there_are_none(tmp_path, change):
     summary, out = run_group(tmp_path, 2, dataclasses.replace(SMALL, **change))
     assert summary["strata"] == {}
     assert not len(read_table(out / "erp_strata.parquet"))
-    assert not (out / "erp_strata.png").exists()
 
 
 def test_a_stratum_that_the_trials_lack_is_said(tmp_path):
@@ -303,6 +271,20 @@ def test_a_subject_without_a_condition_leaves_only_its_contrasts(tmp_path):
     summary = erp.run_group(SMALL, Inputs.of("group", erp=units), out)
     assert summary["contrasts"]["iC"]["RH-RR_before"]["n"] == 5
     assert summary["contrasts"]["sC"]["RH-RR_before"]["n"] == 6
+    stats = out / "erp_stats.parquet"
+    at = row(stats, scenario="iC", contrast="RH-RR_before", channel="Cz")
+    assert tuple(read_table(stats).loc[at, ["plus", "minus", "n", "subjects"]]) == ("RH_before", "RR_before", 5, 6)
+    own = np.stack(
+        [
+            1e6 * e.data[CHANNELS.index("Cz")]
+            for unit, folder in units.items()
+            for e in read_evokeds(folder / f"{unit}_ave.fif")
+            if unit != "s2" and e.comment == "iC/RR_before"
+        ]
+    )
+    np.testing.assert_allclose(read_lists(stats, "minus_uv")[at], own.mean(axis=0), atol=1e-4)
+    error = own.std(axis=0, ddof=1) / np.sqrt(5)
+    np.testing.assert_allclose(read_lists(stats, "minus_error_uv")[at], error, rtol=1e-4, atol=1e-5)
     assert any("iC, RH-RR_before: without s2" in w for w in summary["warnings"])
 
 
@@ -318,7 +300,6 @@ def test_a_group_without_contrasts_has_empty_statistics(tmp_path):
     summary, out = run_group(tmp_path, 2, config)
     assert summary["contrasts"] == {}
     assert len(read_table(out / "erp_stats.parquet")) == 0
-    assert not (out / "erp.png").exists()
 
 
 def test_cluster_correction(tmp_path, capsys):
@@ -434,6 +415,7 @@ def test_overlap_of_all_moves_is_regressed_out(tmp_path):
         )
     (kept, plain), (regressed, free) = found["keep"], found["regress"]
     assert kept["trials"] == regressed["trials"]
+    assert np.isnan(read_lists(tmp_path / "regress" / "waveforms.parquet", "error_uv")).all()
     assert np.abs(plain["all/RH_before"][0] - plain["all/RR_before"][0]).max() > 1
     for name in ("HH_before", "HR_before", "RR_before", "RH_before"):
         np.testing.assert_allclose(free[f"all/{name}"], [expected, 2 * expected], atol=1e-3)

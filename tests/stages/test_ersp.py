@@ -4,29 +4,17 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from epoch_factory import CHANNELS, blank, figure_files, write_subject
+from epoch_factory import CHANNELS, write_subject
 
 from hrcneuro.contract import Inputs
 from hrcneuro.eeg.morlet import Wavelets, linear_cycles, magnitudes
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.figures import ersp as ersp_figures
 from hrcneuro.io.tables import read_lists, read_table
 from hrcneuro.stages import ersp
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
 
 SMALL = ersp.Config(contrasts={"RH-RR_before": ("RH_before", "RR_before")}, high_hz=16.0, channels=("Fz", "Cz"))
-
-
-@pytest.fixture
-def pictures():
-    """Ask for the real drawing, which takes most of the time; other tests do without."""
-
-
-@pytest.fixture(autouse=True)
-def drawing(request, monkeypatch):
-    if "pictures" not in request.fixturenames:
-        monkeypatch.setattr(ersp_figures.Drawing, "_draw", lambda self, rows, path, **_: blank(path))
 
 
 def run(folder, config=SMALL, unit="s01", **options):
@@ -78,7 +66,7 @@ def test_rows_are_the_means_of_single_trial_magnitudes(tmp_path):
 def test_group_statistics_find_the_planted_effect(tmp_path):
     summary, out = run_group(tmp_path, 8, effect_uv=25, n=100)
     tables = {"ersp.parquet", "ersp_stats.parquet", "ersp_strata.parquet"}
-    assert {p.name for p in out.iterdir()} == tables | figure_files("ersp", "ersp_scenarios", "ersp_strata")
+    assert {p.name for p in out.iterdir()} == tables
     stats = out / "ersp_stats.parquet"
     table = read_table(stats)
     rows = ((table["scenario"] == "all") & (table["channel"] == "Fz") & (table["frequency_hz"] == 4)).to_numpy()
@@ -123,7 +111,7 @@ def test_cluster_correction(tmp_path):
     assert summary["contrasts"]["all"]["RH-RR_before"]["significant"] > 0
 
 
-def test_the_same_input_gives_the_same_bytes(tmp_path, pictures):
+def test_the_same_input_gives_the_same_bytes(tmp_path):
     outs = [run_group(tmp_path / name, 1)[1] for name in ("a", "b")]
     for folder in ("group", "s01"):
         first, second = (out.parent / folder for out in outs)
@@ -136,7 +124,7 @@ def test_a_foreign_study_runs(tmp_path):
     config = dataclasses.replace(SMALL, conditions={"square": "event == 'square'"}, contrasts={}, split="")
     summary, out, _ = run(tmp_path, config, "demo", table=table, channels=("E1", "E2"))
     assert summary["trials"] == {"all": {"square": 12}}
-    assert summary["warnings"] == ["the figures lack Fz, Cz: no such channel"]
+    assert summary["warnings"] == []
     assert set(read_table(out / "ersp.parquet")["scenario"]) == {"all"}
     assert read_table(out / "channels.parquet")["x_m"].isna().all()
     group = tmp_path / "group"

@@ -1,10 +1,9 @@
-"""The stage robot: a simulated subject's log in, tables and figures out."""
+"""The stage robot: a simulated subject's log in, tables out."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
-import os
 import subprocess
 import sys
 import tempfile
@@ -14,18 +13,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.arms.lock import held
+from hrcneuro.arms.lock import exclusive
 from hrcneuro.contract import Inputs, params
 from hrcneuro.errors import ConfigError, DataError, HardwareError
-from hrcneuro.figures import robot as robot_figures
-from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
-from hrcneuro.robot.sim import Fault, SimArm, VirtualClock
-from hrcneuro.sources.trials import TRIALS, study_trials
+from hrcneuro.robot.sim import Disturbance, SimArm, VirtualClock
 from hrcneuro.stages import robot
 from hrcneuro.tables import robot as robot_tables
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 
 @pytest.fixture(scope="module")
@@ -143,10 +140,9 @@ def test_the_reach_report_names_every_tile(whole):
     assert reach["speed_share"].idxmax() in [(6, 0), (6, 6), (5, 0), (5, 6)]
 
 
-def test_the_figures_are_there(whole):
+def test_only_numbers_are_written(whole):
     _, out = whole
-    assert {p.name for p in out.glob("*.png")} == set(robot.FIGURES)
-    assert {p.stem for p in out.glob("*.pdf")} == {Path(name).stem for name in robot.FIGURES}
+    assert {p.name for p in out.iterdir()} == {f"{name}.parquet" for name in ("telemetry", "moves", "timing", "reach")}
 
 
 def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):
@@ -158,13 +154,7 @@ def test_the_same_input_gives_the_same_bytes(inputs, tmp_path):
     assert digests[0] == digests[1]
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    for module, name in ((robot_figures, "robot"), (robot_figures, "timing"), (robot_cell, "reach")):
-        monkeypatch.setattr(module, name, lambda *_, **__: None)
-
-
-def test_blocks_episodes_and_practice_are_chosen(inputs, tmp_path, trials, no_figures):
+def test_blocks_episodes_and_practice_are_chosen(inputs, tmp_path, trials):
     summary = run(inputs, tmp_path / "out", blocks=(1,), episodes=(1,), practice=True, t_f_s=0.6, lead_s=0.027)
     chosen = (trials["block"] == 1) & (trials["episode"] == 1)
     assert summary["moves"] == int(chosen.sum())
@@ -225,13 +215,13 @@ def test_another_arm_is_another_result():
 
 
 @pytest.fixture
-def stopped(inputs, tmp_path, monkeypatch, no_figures):
+def stopped(inputs, tmp_path, monkeypatch):
     """Run a session on an arm with a fault; return what it raised."""
 
-    def attempt(fault, **changes):
+    def attempt(disturbance, **changes):
         def faulty(config, workspace, *_):
             clock = VirtualClock()
-            return SimArm(clock, workspace.home().tolist(), faults=(fault,)), clock
+            return SimArm(clock, workspace.home().tolist(), disturbances=(disturbance,)), clock
 
         monkeypatch.setattr(robot, "_arm", faulty)
         out = tmp_path / f"out{len(list(tmp_path.glob('out*')))}"
@@ -244,7 +234,7 @@ def stopped(inputs, tmp_path, monkeypatch, no_figures):
 
 
 def test_a_protective_stop_keeps_the_record(stopped, tmp_path):
-    error = stopped(Fault("protective_stop", 12.0))
+    error = stopped(Disturbance("protective_stop", 12.0))
     kept = tmp_path / "rescue" / "s01" / "1"
     assert error.exit_code == 4
     assert "protective stop" in error.problem
@@ -261,19 +251,19 @@ def test_a_protective_stop_keeps_the_record(stopped, tmp_path):
 def test_no_attempt_overwrites_the_record_of_another(stopped, tmp_path):
     """Nor does one that is refused before anything moves leave an empty record."""
     kept = tmp_path / "rescue" / "s01"
-    stopped(Fault("protective_stop", 6.0))
+    stopped(Disturbance("protective_stop", 6.0))
     before = (kept / "1" / "telemetry.parquet").read_bytes()
-    refused = stopped(Fault("protective_stop", 0.0))
+    refused = stopped(Disturbance("protective_stop", 0.0))
     assert "record" not in refused.problem
     assert [p.name for p in kept.iterdir()] == ["1"]
-    assert "before the first move" in stopped(Fault("protective_stop", 0.2), cell=Cell(home=0.1)).problem
+    assert "before the first move" in stopped(Disturbance("protective_stop", 0.2), cell=Cell(home=0.1)).problem
     assert sorted(p.name for p in kept.iterdir()) == ["1", "2"]
     assert (kept / "1" / "telemetry.parquet").read_bytes() == before
 
 
 def test_a_record_that_cannot_be_written_hides_no_stop(stopped, tmp_path):
     (tmp_path / "file").touch()
-    error = stopped(Fault("protective_stop", 6.0), rescue_folder=str(tmp_path / "file"))
+    error = stopped(Disturbance("protective_stop", 6.0), rescue_folder=str(tmp_path / "file"))
     assert "protective stop" in error.problem
     assert "is not whole (NotADirectoryError" in error.problem
 
@@ -290,26 +280,34 @@ def own_locks(monkeypatch, tmp_path):
 
 
 @pytest.mark.usefixtures("own_locks")
-def test_one_session_an_arm():
-    """The second is refused with the first's name, whether it calls the arm by name or number; then it may."""
-    with held("ur", "127.0.0.1", "s01"):
-        for host in ("127.0.0.1", "localhost"):
-            with pytest.raises(HardwareError, match=rf"process {os.getpid()}, the session of s01") as caught:
-                held("ur", host, "s02").__enter__()
-            assert caught.value.cure
-        with held("ur", "127.0.0.3", "s02"), held("ros", "", "s02"):
-            pass
-    with held("ur", "127.0.0.1", "s02"):
-        pass
-
-
-def test_a_lock_that_cannot_be_opened_is_named(monkeypatch, tmp_path):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
-    with pytest.raises(HardwareError, match=r"the lock of the arm \(ros\), .*missing.*No such file"):
-        held("ros", "", "s01").__enter__()
-
-
-@pytest.mark.usefixtures("own_locks")
 def test_the_lock_is_taken_by_the_session(inputs, tmp_path):
-    with held("ur", "127.0.0.1", "s09"), pytest.raises(HardwareError, match="the session of s09; nothing has moved"):
+    with (
+        exclusive("ur", "127.0.0.1", "s09"),
+        pytest.raises(HardwareError, match="the session of s09; nothing has moved"),
+    ):
         run(inputs, tmp_path / "out", backend="ur", host="127.0.0.1")
+
+
+def test_the_keys_that_users_write_stay_as_they_are():
+    """They are declared in several classes, which a user never sees."""
+    names = """
+        backend driver host at_the_robot max_packet_age_s markers recorder_wait_s stim_rate_hz blocks episodes practice
+        t_f_s t_f_range_s t_f_default_s start_next pause_s longest_gap_s gain damping lead_s max_acceleration
+        stop_deceleration stop_jerk approach_speed approach_acceleration approach_jerk homing_speed
+        homing_acceleration homing_jerk rescue_folder cell
+    """
+    fields = {f.name: f for f in dataclasses.fields(robot.Config)}
+    assert set(fields) == set(names.split())
+    assert all(f.metadata["help"] for f in fields.values())
+
+
+@pytest.mark.parametrize(
+    ("tiles", "match"), [((7, 1), "leaves the 7 × 7 grid"), ((0, 6), r"the log jumps from tile \(\d, \d\) to \(0, 6\)")]
+)
+def test_a_log_that_does_not_hang_together_is_refused(trials, tmp_path, tiles, match):
+    broken = trials.copy()
+    first = broken.index[~broken["practice"].astype(bool)][0]
+    broken.loc[first, ["row", "col"]], broken.loc[first + 1, ["row", "col"]] = (4, 1), tiles
+    with pytest.raises(DataError, match=match) as caught:
+        run(given(broken, tmp_path), tmp_path / "out")
+    assert "acquire the subject again" in caught.value.cure

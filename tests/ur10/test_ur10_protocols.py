@@ -18,7 +18,7 @@ class Client:
     def __init__(self, robot, taken=None):
         self.sent = []
         self.robot = robot
-        self.session = rtde.Session(robot.controller, {} if taken is None else taken, self.sent.append)
+        self.session = rtde.RtdeSession(robot.controller, {} if taken is None else taken, self.sent.append)
 
     def ask(self, kind, payload=b""):
         """Return the answer's payload; its header is checked."""
@@ -224,7 +224,7 @@ def test_the_state_message_is_made_of_known_parts(robot):
 def panel(robot):
     sent = []
     programs = {"wave.script": "def wave():\nwhile True:\nsync()\nend\nend\n", "bad.script": "fly()\n"}
-    session = dashboard.Session(robot.controller, sent.append, programs=programs, compile=robot.compile)
+    session = dashboard.DashboardSession(robot.controller, sent.append, programs=programs, compile=robot.compile)
     assert sent.pop() == b"Connected: Universal Robots Dashboard Server\n"
 
     def ask(line):
@@ -278,5 +278,5 @@ def test_the_dashboard_s_answers(panel, robot):
 @given(st.binary(max_size=200))
 def test_the_dashboard_survives_any_bytes(data):
     robot, sent = Robot(), []
-    session = dashboard.Session(robot.controller, sent.append, programs={}, compile=robot.compile)
+    session = dashboard.DashboardSession(robot.controller, sent.append, programs={}, compile=robot.compile)
     session.feed(data + b"\n")

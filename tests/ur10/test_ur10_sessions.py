@@ -9,20 +9,16 @@ import pytest
 
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import HardwareError
-from hrcneuro.figures import robot as robot_figures
-from hrcneuro.figures import robot_cell
 from hrcneuro.io.tables import write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
-from hrcneuro.sources.trials import TRIALS, study_trials
 from hrcneuro.stages import robot
+from hrcneuro.tables.trials import TRIALS, study_trials
 
 QD = slice(37, 43)
 
 
 @pytest.fixture
-def inputs(tmp_path, monkeypatch):
-    for module, name in ((robot_figures, "robot"), (robot_figures, "timing"), (robot_cell, "reach")):
-        monkeypatch.setattr(module, name, lambda *_, **__: None)
+def inputs(tmp_path):
     session = SessionParams(practice_episodes=0, blocks=1, episodes_per_block=6)
     trials = study_trials(simulate_session(session, rng=np.random.default_rng(5)), "s01", 512.0)
     (tmp_path / "acquire").mkdir()

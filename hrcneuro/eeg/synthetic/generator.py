@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hrcneuro.eeg.refusals import MovesError, SlowSamplingError
 from hrcneuro.eeg.synthetic import background, defects, ocular, responses
 from hrcneuro.eeg.synthetic.head import CH_NAMES, CH_TYPES, MASTOIDS, site, to_mastoids, topography
 from hrcneuro.eeg.synthetic.params import SyntheticParams
-from hrcneuro.errors import ConfigError, DataError
 
 _SFREQ_MIN = 100.0
 _TAIL_S = 5.0  # recorded after the last move
@@ -45,8 +45,8 @@ class Synthetic:
 
 
 @dataclass
-class _Session:
-    """What the parts of one recording share."""
+class _Latent:
+    """What the latent processes of one recording share: moves, length, rate, parameters, streams of random numbers."""
 
     trials: pd.DataFrame
     onset_s: np.ndarray
@@ -76,25 +76,24 @@ def generate(
         contaminated: Add jolts of millivolts throughout, so that many epochs exceed 1000 µV.
 
     Raises:
-        DataError: There are no moves, or an onset is missing, negative or out of order.
-        ConfigError: The sampling rate is below 100 Hz.
+        MovesError: There are no moves, or an onset is missing, negative or out of order.
+        SlowSamplingError: The sampling rate is below 100 Hz.
     """
     if sfreq < _SFREQ_MIN:
-        raise ConfigError(
-            f"synthetic EEG at {sfreq:g} Hz would miss part of the band of 1-40 Hz; {_SFREQ_MIN:g} Hz is the least",
-            cure="take the study's 1000 Hz, or 128 Hz for a small recording",
+        raise SlowSamplingError(
+            f"synthetic EEG at {sfreq:g} Hz would miss part of the band of 1-40 Hz; {_SFREQ_MIN:g} Hz is the least"
         )
     onset_s = _onsets(trials)
     streams = dict(zip(_STREAMS, rng.spawn(len(_STREAMS)), strict=True))
     samples = int(np.ceil((onset_s[-1] + _TAIL_S) * sfreq))
-    session = _Session(trials, onset_s, samples, sfreq, params, streams)
-    table, session.subject = responses.single_trials(trials, params=params, rng=streams["trials"])
-    where, courses, truth = _sources(session, table)
-    data = _background(session)
+    latent = _Latent(trials, onset_s, samples, sfreq, params, streams)
+    table, latent.subject = responses.single_trials(trials, params=params, rng=streams["trials"])
+    where, courses, truth = _sources(latent, table)
+    data = _background(latent)
     gains, sources = np.stack(list(where.values()), axis=1), np.stack(list(courses.values()))
     for a in range(0, samples, _BLOCK):
         data[:, a : a + _BLOCK] += _product(gains, sources[:, a : a + _BLOCK])
-    _electrodes(data, session)
+    _electrodes(data, latent)
     truth["bad_channels"] = defects.plant(streams["defects"], data, sfreq, params=params)
     truth["jolts"] = defects.contaminate(streams["jolts"], data, sfreq) if contaminated else defects.no_jolts()
     jitter = params.trigger_jitter_ms / 1000 * streams["triggers"].standard_normal(len(onset_s))
@@ -106,40 +105,39 @@ def generate(
         "trials": table,
         "topographies": pd.DataFrame(where, index=pd.Index(CH_NAMES, name="channel")),
         "sources": pd.DataFrame(kept),
-        "subject": {"effect": params.effect, "nominal_uv": params.size_uv, **session.subject},
+        "subject": {"effect": params.effect, "nominal_uv": params.size_uv, **latent.subject},
     }
     return Synthetic(data, sfreq, triggers, truth)
 
 
 def _onsets(trials: pd.DataFrame) -> np.ndarray:
     if not len(trials):
-        raise DataError("a synthetic recording needs moves, got none", cure="give a table with a row a move")
+        raise MovesError("a synthetic recording needs moves, got none")
     onset_s = trials["onset_s"].to_numpy(dtype=float, na_value=np.nan)
     wrong = np.flatnonzero(~np.isfinite(onset_s) | (np.diff(onset_s, prepend=0.0) < 0))
     if len(wrong):
-        raise DataError(
-            f"move {wrong[0]} has onset_s = {onset_s[wrong[0]]}; onsets must be given, positive and in temporal order",
-            cure="assign onsets to the moves first",
+        raise MovesError(
+            f"move {wrong[0]} has onset_s = {onset_s[wrong[0]]}; onsets must be given, positive and in temporal order"
         )
     return onset_s
 
 
 def _sources(
-    session: _Session, table: pd.DataFrame
+    latent: _Latent, table: pd.DataFrame
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, Any]]:
     """Return the gains (30,) and time courses (samples,) of all named sources, and the tables of eye events."""
-    samples, sfreq, params = session.samples, session.sfreq, session.params
-    eyes, mains = session.streams["eyes"], session.streams["hum"]
-    where = responses.topographies(session.streams["places"], variability=params.variability)
-    courses = {c: responses.course(c, table, session.onset_s, samples, sfreq) for c in responses.COMPONENTS}
+    samples, sfreq, params = latent.samples, latent.sfreq, latent.params
+    eyes, mains = latent.streams["eyes"], latent.streams["hum"]
+    where = responses.topographies(latent.streams["places"], variability=params.variability)
+    courses = {c: responses.course(c, table, latent.onset_s, samples, sfreq) for c in responses.COMPONENTS}
     where |= ocular.propagation(eyes, variability=params.variability)
     blinks = ocular.blinks(eyes, samples / sfreq, params=params)
-    saccades = ocular.saccades(eyes, samples / sfreq, session.onset_s, params=params)
+    saccades = ocular.saccades(eyes, samples / sfreq, latent.onset_s, params=params)
     courses["blink"] = ocular.blink_course(blinks, "amplitude_uv", samples, sfreq)
     courses["horizontal"] = ocular.gaze_course(saccades, "x_uv", samples, sfreq)
     courses["vertical"] = ocular.gaze_course(saccades, "y_uv", samples, sfreq)
     courses["lid"] = ocular.blink_course(blinks, "lid_uv", samples, sfreq)
-    for name, gain, wave in _rhythms(session):
+    for name, gain, wave in _rhythms(latent):
         where[name], courses[name] = gain, wave
     phases = background.hum(mains, samples, sfreq, line_hz=params.line_hz)
     for name, wave in zip(("hum_sin", "hum_cos"), phases, strict=True):
@@ -148,18 +146,18 @@ def _sources(
     return where, courses, {"blinks": blinks, "saccades": saccades}
 
 
-def _rhythms(session: _Session) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+def _rhythms(latent: _Latent) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Yield (name, gain (30,), time course (samples,)): alpha over the occiput, mu and beta over both hand areas."""
-    rng, places = session.streams["rhythms"], session.streams["places"]
-    samples, sfreq, params, subject = session.samples, session.sfreq, session.params, session.subject
+    rng, places = latent.streams["rhythms"], latent.streams["places"]
+    samples, sfreq, params, subject = latent.samples, latent.sfreq, latent.params, latent.subject
     f = background.frequencies(samples, sfreq)
     own = params.variability * rng.standard_normal(4)
     subject["alpha_hz"] = params.alpha_hz + 0.6 * float(own[0])
     subject["mu_hz"] = params.alpha_hz + 1.0 + 0.6 * float(own[1])
     subject["alpha_uv"] = params.alpha_uv * float(np.exp(0.4 * own[2]))
     subject["mu_uv"] = params.mu_uv * float(np.exp(0.3 * own[3]))
-    human_s = session.onset_s[responses.is_(session.trials, "actor", "human")]
-    watching = background.desynchronised(samples, sfreq, session.onset_s, from_s=0.15, to_s=0.60, depth=0.25)
+    human_s = latent.onset_s[responses.is_(latent.trials, "actor", "human")]
+    watching = background.desynchronised(samples, sfreq, latent.onset_s, from_s=0.15, to_s=0.60, depth=0.25)
     moving = background.desynchronised(samples, sfreq, human_s, from_s=-0.4, to_s=0.4, depth=0.5)
     middle = site("O1") + site("O2")
     sites = {"alpha_left": site("O1"), "alpha_right": site("O2"), "alpha_middle": middle / np.linalg.norm(middle)}
@@ -175,14 +173,14 @@ def _rhythms(session: _Session) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
             yield f"{band}_{side}", gain, np.float32(share * subject["mu_uv"]) * wave * moving
 
 
-def _background(session: _Session) -> np.ndarray:
+def _background(latent: _Latent) -> np.ndarray:
     """Return the channels' 1/f background, shape (30, samples), float32."""
-    rng, params, samples, sfreq = session.streams["background"], session.params, session.samples, session.sfreq
+    rng, params, samples, sfreq = latent.streams["background"], latent.params, latent.samples, latent.sfreq
     own = params.variability * rng.standard_normal(2)
-    session.subject["background_uv"] = params.background_uv * float(np.exp(0.12 * own[0]))
-    session.subject["exponent"] = params.exponent + 0.1 * float(own[1])
-    density = background.power_law(background.frequencies(samples, sfreq), session.subject["exponent"])
-    mixing = background.dipole_mixing(rng, params.dipoles) * session.subject["background_uv"]
+    latent.subject["background_uv"] = params.background_uv * float(np.exp(0.12 * own[0]))
+    latent.subject["exponent"] = params.exponent + 0.1 * float(own[1])
+    density = background.power_law(background.frequencies(samples, sfreq), latent.subject["exponent"])
+    mixing = background.dipole_mixing(rng, params.dipoles) * latent.subject["background_uv"]
     data = np.empty((len(CH_NAMES), samples), dtype=np.float32)
     for row in data:
         row[:] = background.shaped_noise(rng, density, samples, sfreq)
@@ -197,16 +195,16 @@ def _product(mixing: np.ndarray, block: np.ndarray) -> np.ndarray:
     return np.einsum("cs,st->ct", mixing.astype(np.float32), block)
 
 
-def _electrodes(data: np.ndarray, session: _Session) -> None:
+def _electrodes(data: np.ndarray, latent: _Latent) -> None:
     """Add sensor noise, drift and offset of every electrode to ``data`` in place, the mastoids' being everyone's."""
-    rng, params, sfreq = session.streams["electrodes"], session.params, session.sfreq
+    rng, params, sfreq = latent.streams["electrodes"], latent.params, latent.sfreq
     low, high = background.BAND_HZ
     # The RMS up to the Nyquist frequency of white noise that has the wanted RMS within 1-40 Hz.
     white = np.float32(params.sensor_uv * np.sqrt(sfreq / 2 / (min(high, sfreq / 2) - low)))
-    reference = np.zeros(session.samples, dtype=np.float32)
+    reference = np.zeros(latent.samples, dtype=np.float32)
     for i, row in enumerate(data):
-        noise = rng.standard_normal(session.samples, dtype=np.float32) * white
-        noise += np.float32(params.drift_uv) * background.drift(rng, session.samples, sfreq)
+        noise = rng.standard_normal(latent.samples, dtype=np.float32) * white
+        noise += np.float32(params.drift_uv) * background.drift(rng, latent.samples, sfreq)
         noise += np.float32(100.0 * rng.standard_normal())
         row += noise
         if i in MASTOIDS:

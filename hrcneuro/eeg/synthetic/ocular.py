@@ -101,5 +101,5 @@ def gaze_course(table: pd.DataFrame, axis: str, samples: int, sfreq: float) -> n
     """Return the gaze position along ``x_uv`` or ``y_uv``, shape (samples,), float32: steps of some 30 ms."""
     at = np.clip(np.round(table["time_s"].to_numpy() * sfreq).astype(int), 0, samples)
     edges = np.concatenate([[0], at, [samples]])
-    held = np.repeat(np.concatenate([[0.0], table[axis].to_numpy()]), np.diff(edges)).astype(np.float32)
-    return gaussian_filter1d(held, _SACCADE_S * sfreq, mode="nearest")
+    steps = np.repeat(np.concatenate([[0.0], table[axis].to_numpy()]), np.diff(edges)).astype(np.float32)
+    return gaussian_filter1d(steps, _SACCADE_S * sfreq, mode="nearest")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.contract import option
 
 EFFECTS = ("anticipation", "post_error", "turn", "both", "none")
 
@@ -25,50 +25,49 @@ CALIBRATED_UV: dict[str, float] = {
 
 @dataclass(frozen=True)
 class SyntheticParams:
-    """The synthetic recording's parameters; amplitudes are medians over subjects, at the channel where they peak."""
+    """The synthetic recording's parameters; amplitudes are medians over subjects, at the channel where they peak.
 
-    effect: str = "anticipation"  # which moves carry the extra positivity
-    effect_uv: float | None = None  # size of the extra; None is the effect's calibrated size
-    sequential_share: float = (
-        0.5  # the share of the effect that is left in sC (paper 4.1: takeovers are foreseen there)
-    )
-    positivity_uv: float = 4.0  # fronto-central positivity after every move
-    latency_ms: float = 500.0
-    latency_sd_ms: float = 40.0  # over trials
-    amplitude_sigma: float = 0.4  # of the lognormal amplitude over trials
-    visual_uv: float = 5.0  # occipital response to motion onset
-    motor_uv: float = 3.0  # central response around the human's own moves
-    error_uv: float = 7.0  # fronto-central response to a move that goes wrong
-    background_uv: float = 7.5  # RMS in 1-40 Hz of the 1/f background, mean over the EEG channels
-    exponent: float = 1.3  # of the background's power spectrum
-    dipoles: int = 200
-    sensor_uv: float = 2.0  # white sensor noise, RMS in 1-40 Hz
-    alpha_uv: float = 10.0  # RMS of the occipital rhythm
-    alpha_hz: float = 10.0
-    mu_uv: float = 3.0  # RMS of the central rhythm at rest, of each hemisphere
-    blinks_per_min: float = 14.0
-    blink_uv: float = 180.0  # peak at the forehead's EOG channel
-    saccade_uv: float = 25.0  # SD of the gaze position, at the canthi
-    line_uv: float = 4.0  # amplitude of the power line's hum
-    line_hz: float = 50.0
-    drift_uv: float = 40.0  # RMS of the electrodes' slow drift
-    bad_channels: int = 3  # at most so many channels go bad: flat spells, loose contacts, bursts of muscle
-    noisy_channels: int = 1  # at most so many channels are noisy throughout, which kurtosis does not see
-    trigger_jitter_ms: float = 2.0  # SD of trigger against movement
-    variability: float = 1.0  # scales how much subjects differ; 0 makes them alike
+    In sC takeovers are foreseen (paper §4.1): a share of the effect is left there. The background's RMS is the mean
+    over the EEG channels, mu's that of each hemisphere. A bad channel has flat spells, a loose contact or bursts of
+    muscle; what a noisy one has, kurtosis does not see.
+    """
+
+    effect: str = option("anticipation", "which moves carry the extra positivity", choices=EFFECTS)
+    effect_uv: float | None = option(None, "size of the extra; none: the effect's calibrated size", unit="uV", low=0)
+    sequential_share: float = option(0.5, "share of the effect that is left in sC", low=0)
+    positivity_uv: float = option(4.0, "fronto-central positivity after every move", unit="uV", low=0)
+    latency_ms: float = option(500.0, "its latency", unit="ms", low=0)
+    latency_sd_ms: float = option(40.0, "standard deviation of the latency over trials", unit="ms", low=0)
+    amplitude_sigma: float = option(0.4, "sigma of the lognormal amplitude over trials", low=0)
+    visual_uv: float = option(5.0, "occipital response to motion onset", unit="uV", low=0)
+    motor_uv: float = option(3.0, "central response around the human's own moves", unit="uV", low=0)
+    error_uv: float = option(7.0, "fronto-central response to a move that goes wrong", unit="uV", low=0)
+    background_uv: float = option(7.5, "RMS of the 1/f background, 1-40 Hz", unit="uV", low=0)
+    exponent: float = option(1.3, "exponent of its power spectrum", low=0)
+    dipoles: int = option(200, "number of background dipoles", low=1)
+    sensor_uv: float = option(2.0, "RMS of white sensor noise, 1-40 Hz", unit="uV", low=0)
+    alpha_uv: float = option(10.0, "RMS of the occipital rhythm", unit="uV", low=0)
+    alpha_hz: float = option(10.0, "its frequency", unit="Hz", low=0, open_low=True)
+    mu_uv: float = option(3.0, "RMS of the central rhythm at rest", unit="uV", low=0)
+    blinks_per_min: float = option(14.0, "blinks a minute", low=0)
+    blink_uv: float = option(180.0, "peak of a blink at the forehead", unit="uV", low=0)
+    saccade_uv: float = option(25.0, "standard deviation of gaze at the canthi", unit="uV", low=0)
+    line_uv: float = option(4.0, "amplitude of the power line's hum", unit="uV", low=0)
+    line_hz: float = option(50.0, "its frequency", unit="Hz", low=0, open_low=True)
+    drift_uv: float = option(40.0, "RMS of slow electrode drift", unit="uV", low=0)
+    bad_channels: int = option(3, "at most so many channels go bad now and then", low=0, high=27)
+    noisy_channels: int = option(1, "at most so many channels are noisy throughout", low=0, high=27)
+    trigger_jitter_ms: float = option(2.0, "standard deviation of trigger against movement", unit="ms", low=0)
+    variability: float = option(1.0, "scales how much subjects differ; 0 makes them alike", low=0)
 
     def __post_init__(self) -> None:
         """Refuse an unknown effect and negative sizes."""
         if self.effect not in EFFECTS:
-            raise ConfigError(
-                f"no synthetic effect {self.effect!r}{did_you_mean(self.effect, EFFECTS)}; "
-                f"there are {', '.join(EFFECTS)}",
-                cure=f"use one of them, as in effect = {EFFECTS[0]!r}",
-            )
+            raise ValueError(f"the effect is {self.effect!r}; allowed: {', '.join(EFFECTS)}")
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, int | float) and value < 0:
-                raise ConfigError(f"synthetic {f.name} = {value} is negative", cure="give zero or more")
+                raise ValueError(f"{f.name} = {value} is negative; allowed: 0 or more")
 
     @property
     def size_uv(self) -> float:

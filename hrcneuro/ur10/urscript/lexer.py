@@ -42,7 +42,7 @@ def tokens(script: str) -> list[Token]:
     Raises:
         ScriptError: A character that belongs to no token.
     """
-    found: list[Token] = []
+    tokens: list[Token] = []
     at, line, depth = 0, 1, 0
     while at < len(script):
         match = _TOKEN.match(script, at)
@@ -51,9 +51,9 @@ def tokens(script: str) -> list[Token]:
         kind, text = str(match.lastgroup), match.group()
         at = match.end()
         if kind == "newline":
-            inside = depth > 0 or (found and found[-1].text in _OPEN and found[-1].kind != "string")
-            if not inside and found and found[-1].kind != "newline":
-                found.append(Token("newline", text, line))
+            inside = depth > 0 or (tokens and tokens[-1].text in _OPEN and tokens[-1].kind != "string")
+            if not inside and tokens and tokens[-1].kind != "newline":
+                tokens.append(Token("newline", text, line))
             line += text == "\n"
         elif kind != "blank":
             depth += (text in ("(", "[", "p[")) - (text in (")", "]"))
@@ -61,10 +61,10 @@ def tokens(script: str) -> list[Token]:
                 kind = "sign"
             elif kind == "name" and text in KEYWORDS:
                 kind = "keyword"
-            found.append(Token(kind, text, line))
-    found.append(Token("newline", "\n", line))
-    found.append(Token("eof", "", line))
-    return found
+            tokens.append(Token(kind, text, line))
+    tokens.append(Token("newline", "\n", line))
+    tokens.append(Token("eof", "", line))
+    return tokens
 
 
 class Splitter:

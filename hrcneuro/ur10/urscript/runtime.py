@@ -17,7 +17,7 @@ _MOST_THREADS = 50
 
 
 class Pose(list):
-    """A pose, as told from a list of six joint angles."""
+    """A pose: to a program another type than a list of six joint angles."""
 
 
 class Compiled:

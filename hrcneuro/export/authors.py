@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hrcneuro.errors import ConfigError, StageError
-from hrcneuro.sources.export_set import Event, read_comments, require_eeglabio, write_set
+from hrcneuro.export.eeglab import Event, read_comments, require_eeglabio, write_set
 
 if TYPE_CHECKING:
     import mne
@@ -77,9 +77,9 @@ def export_subject(
     home = folder / subject
     mark = f"hrcneuro acquire {subject}, key {key}, study {study}"
     files = [f"{subject}.set", f"{subject}.fdt", f"subject{subject[1:]}.csv", f"metadata{subject[1:]}.csv"]
-    told: dict[str, Any] = {"folder": str(home), "files": files, "onset_event": str(ONSET_CODE)}
+    account: dict[str, Any] = {"folder": str(home), "files": files, "onset_event": str(ONSET_CODE)}
     if mark in _comments(home) and all((home / name).is_file() for name in files):
-        return told | {"state": "hit", "notes": []}
+        return account | {"state": "hit", "notes": []}
     moves = read_table(trials)
     if moves.empty or moves["scenario"].isna().any():
         raise ConfigError(
@@ -95,16 +95,16 @@ def export_subject(
         notes += _write_logs(moves, new, subject)
         if raw.info["bads"]:
             notes.append(f"the layout has no place for bad channels; name them: acquire.bads = {raw.info['bads']}")
-    return told | {"state": "ran", "notes": notes}
+    return account | {"state": "ran", "notes": notes}
 
 
 def _refuse_foreign(home: Path, study: str) -> None:
-    found = _MARK.search(_comments(home))
-    if found is None:
+    mark = _MARK.search(_comments(home))
+    if mark is None:
         raise ConfigError(
             f"{home} was not written by hrcneuro; --export does not touch it", cure="export to another folder"
         )
-    if found[3] != study:
+    if mark[3] != study:
         raise ConfigError(
             f"{home} was exported from a study with other settings of acquire",
             cure="export to another folder, or delete this one",
@@ -135,12 +135,12 @@ def _marks(raw: mne.io.BaseRaw) -> Iterator[Event]:
 
 def _write_logs(moves: pd.DataFrame, home: Path, subject: str) -> list[str]:
     """Write both CSV files, read them again, and return what they cannot tell."""
-    from hrcneuro.sources import export_log
+    from hrcneuro.export import authors_log
     from hrcneuro.sources.logs import read_log
 
-    export_log.write_log(moves, home / f"subject{subject[1:]}.csv")
-    export_log.write_metadata(moves, home / f"metadata{subject[1:]}.csv")
-    lost = export_log.same_moves(moves, read_log(home.parent, subject))
+    authors_log.write_log(moves, home / f"subject{subject[1:]}.csv")
+    authors_log.write_metadata(moves, home / f"metadata{subject[1:]}.csv")
+    lost = authors_log.same_moves(moves, read_log(home.parent, subject))
     return [f"read again, the log differs in {', '.join(lost)}: so few moves do not tell all owners"] if lost else []
 
 

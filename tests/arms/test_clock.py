@@ -25,10 +25,10 @@ def test_a_session_runs_first_and_gives_that_back():
     def work():
         clock, before = WallClock(), scheduling()
         assert scheduling() == before, "a clock alone asks for nothing"
-        clock.hurry()
+        clock.raise_priority()
         during = scheduling()
-        clock.relax()
-        clock.relax()
+        clock.restore_priority()
+        clock.restore_priority()
         return before, during, scheduling()
 
     before, during, after = in_thread(work)
@@ -51,10 +51,10 @@ def test_without_the_right_it_asks_for_less_and_gives_that_back(refused, monkeyp
     monkeypatch.setattr(os, "setpriority", lambda *given: asked.append(given))
     before = os.getpriority(os.PRIO_PROCESS, 0)
     clock = WallClock()
-    clock.hurry()
+    clock.raise_priority()
     assert asked == [(os.PRIO_PROCESS, 0, -15)]
-    clock.relax()
-    clock.relax()
+    clock.restore_priority()
+    clock.restore_priority()
     assert asked[1:] == [(os.PRIO_PROCESS, 0, before)]
 
 
@@ -62,9 +62,9 @@ def test_the_nice_value_is_as_before(refused):
     def work():
         values = [os.getpriority(os.PRIO_PROCESS, 0)]
         clock = WallClock()
-        clock.hurry()
+        clock.raise_priority()
         values.append(os.getpriority(os.PRIO_PROCESS, 0))
-        clock.relax()
+        clock.restore_priority()
         return [*values, os.getpriority(os.PRIO_PROCESS, 0)]
 
     before, during, after = in_thread(work)

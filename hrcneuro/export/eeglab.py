@@ -67,11 +67,11 @@ def read_comments(path: Path) -> str:
     from scipy.io import loadmat
 
     try:
-        found = loadmat(path, variable_names=["comments"], appendmat=False)["comments"]
+        comments = loadmat(path, variable_names=["comments"], appendmat=False)["comments"]
     except Exception:
         # A file of another kind, a Git LFS pointer, EEGLAB's older layout: in any case it is not one of ours.
         return ""
-    return re.sub(r"\s+", " ", " ".join(str(row) for row in np.ravel(found)))
+    return re.sub(r"\s+", " ", " ".join(str(row) for row in np.ravel(comments)))
 
 
 def _header(raw: mne.io.BaseRaw, picks: list[int], path: Path) -> dict[str, Any]:

@@ -35,8 +35,8 @@ def shared_channels(names: Mapping[str, Sequence[str]]) -> tuple[list[str], list
             "that differs (study.exclude)",
         )
     lacking = {unit: [name for name in everyone if name not in mine] for unit, mine in names.items()}
-    told = "; ".join(f"{unit} lacks {_listed(without)}" for unit, without in lacking.items() if without)
-    return shared, [f"the group has {len(shared)} of {len(everyone)} channels, those of all: {told}"] if told else []
+    lacks = "; ".join(f"{unit} lacks {_listed(without)}" for unit, without in lacking.items() if without)
+    return shared, [f"the group has {len(shared)} of {len(everyone)} channels, those of all: {lacks}"] if lacks else []
 
 
 def require_same_times(inputs: Inputs, times: Mapping[str, NDArray[np.float64]]) -> None:
@@ -44,7 +44,7 @@ def require_same_times(inputs: Inputs, times: Mapping[str, NDArray[np.float64]])
 
     Args:
         inputs: With each subject's ``timing.parquet`` of preprocess, which tells the rate it was recorded at.
-        times: Subject -> the times of its maps, in seconds.
+        times: Subject -> the times of its maps, ndarray, shape (n_times,), s.
 
     Raises:
         DataError: Number or times of the samples differ.
@@ -54,10 +54,10 @@ def require_same_times(inputs: Inputs, times: Mapping[str, NDArray[np.float64]])
     unit, first = next(iter(times.items()))
     for other, others in times.items():
         if len(first) != len(others) or not np.allclose(first, others, atol=1e-6):
-            told, cure = _rates(inputs, unit, other)
+            rates, cure = _rates(inputs, unit, other)
             raise DataError(
                 f"{unit} has {len(first)} samples from {first[0]:g} to {first[-1]:g} s, {other} {len(others)} from "
-                f"{others[0]:g} to {others[-1]:g} s{told}; a group needs the same",
+                f"{others[0]:g} to {others[-1]:g} s{rates}; a group needs the same",
                 cure=cure,
             )
 
@@ -73,13 +73,13 @@ def _rates(inputs: Inputs, unit: str, other: str) -> tuple[str, str]:
     leave_out = "leave out the subject that differs (study.exclude)"
     if not {unit, other} <= set(timing) or timing[unit]["sfreq"] == timing[other]["sfreq"]:
         return "", f"rerun both from preprocess on with --force, or {leave_out}"
-    told = " and ".join(
+    rates = " and ".join(
         f"{u} was recorded at {timing[u]['source_sfreq']:.7g} Hz and is at {timing[u]['sfreq']:.7g} Hz now"
         for u in (unit, other)
     )
     rate = common_rate([float(one["source_sfreq"]) for one in timing.values()])
     reach = f"set preprocess.sfreq = {rate}, which all recordings reach alike, or {leave_out}" if rate else leave_out
-    return f": {told}", reach
+    return f": {rates}", reach
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -1,6 +1,9 @@
-"""The moves of all subjects: how long they take, how closely the arm follows, how punctual the markers are."""
+"""The figure of all subjects' moves: how long they take, how closely the arm follows, how punctual the markers are."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -8,20 +11,26 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hrcneuro.figures.style import COLOURS, GREY, STYLE
-from hrcneuro.report.measured_moves import TRIAL_MS
-from hrcneuro.report.results import Results
+from hrcneuro.figures.style import COLOURS, GREY, STYLE, save
+
+Means = Mapping[str, tuple[float, float]]
 
 
-def draw(results: Results) -> Figure | None:
-    """Return the figure; None where no arm has moved."""
-    moves = results.tables("robot", "moves.parquet")
-    if not moves:
-        return None
+def draw(
+    moves: Mapping[str, pd.DataFrame], trials: Mapping[str, pd.DataFrame], published_ms: Means, path: Path
+) -> None:
+    """Draw the distributions over all moves: onset to onset, tracking errors, arrival, and motion after marker.
+
+    Args:
+        moves: Subject -> rows of robot's moves.parquet, of one subject at least.
+        trials: Subject -> rows of acquire's trials.parquet.
+        published_ms: Scenario -> mean and standard deviation of the published time from onset to onset, ms.
+        path: Of the PNG; the PDF lies beside it.
+    """
     with rc_context(STYLE):
         figure = Figure(figsize=(9.4, 2.9), layout="constrained")
         durations, errors, arrival, markers = figure.subplots(1, 4)
-        _durations(durations, results)
+        _durations(durations, trials, published_ms)
         _errors(errors, moves)
         everything = pd.concat(list(moves.values()))
         arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
@@ -33,18 +42,17 @@ def draw(results: Results) -> Figure | None:
         markers.set_xlabel("motion onset after marker (ms)")
         markers.set_ylabel("moves")
         markers.set_title(f"{latency.mean():.2f} ± {latency.std():.2f} ms, n = {len(latency)}")
-    return figure
+        save(figure, path)
 
 
-def _durations(axes: Axes, results: Results) -> None:
-    trials = results.tables("acquire", "trials.parquet")
+def _durations(axes: Axes, trials: Mapping[str, pd.DataFrame], published_ms: Means) -> None:
     axes.set_title("onset to onset; dashed: paper's mean")
     axes.set_xlabel("time (ms)")
     axes.set_ylabel("share of the moves")
     moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
     if moves.empty:
         return
-    for (scenario, (mean, _)), colour in zip(TRIAL_MS.items(), COLOURS, strict=False):
+    for (scenario, (mean, _)), colour in zip(published_ms.items(), COLOURS, strict=False):
         soa = 1000 * moves.loc[moves["scenario"] == scenario, "soa_s"].dropna().to_numpy(float)
         if len(soa):
             bins = [float(b) for b in range(400, 2000, 25)]
@@ -56,7 +64,7 @@ def _durations(axes: Axes, results: Results) -> None:
     axes.legend(loc="upper right")
 
 
-def _errors(axes: Axes, moves: dict[str, pd.DataFrame]) -> None:
+def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame]) -> None:
     for column, colour, label in (
         ("max_error_mm", COLOURS[1], "greatest on the way"),
         ("end_error_mm", COLOURS[0], "on arrival"),

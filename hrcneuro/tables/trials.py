@@ -1,19 +1,14 @@
-"""The trial table: its schema, and how trials of the study or markers of any other recording become it."""
+"""The trial table, trials.parquet: its schema, and its rows, made of moves or of the markers of any other recording."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from hrcneuro.io.tables import Column, Table
-from hrcneuro.sources.recording import onset_samples
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-MOVE = "move"
+from hrcneuro.io.tables import Column, Table, write_table
+from hrcneuro.paradigm.design import MOVE
 
 TRIALS = Table(
     1,
@@ -48,29 +43,40 @@ TRIALS = Table(
 
 
 def study_trials(moves: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
-    """Return annotated moves as the trial table; a move whose onset_s is NaN has no marker and no sample."""
+    """Return annotated moves as the trial table.
+
+    Args:
+        moves: One row a move, see :func:`hrcneuro.paradigm.conditions.annotate`; one whose onset_s is NaN has no marker
+            in the recording and gets no sample.
+        subject: Whose they are.
+        sfreq: Sampling rate of the recording, in Hz.
+    """
     return _complete(moves.assign(subject=subject, event=MOVE), sfreq)
 
 
 def event_trials(markers: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
-    """Return one row a marker (columns onset_s, event); the columns of the paradigm are null."""
+    """Return one row a marker as the trial table; the columns of the paradigm are null.
+
+    Args:
+        markers: Columns onset_s and event, in order of time.
+        subject: Whose they are.
+        sfreq: Sampling rate of the recording, in Hz.
+    """
     onsets = markers["onset_s"].to_numpy(float)
     soa = np.append(np.diff(onsets), np.nan)[: len(onsets)]
     return _complete(markers.assign(subject=subject, soa_s=soa), sfreq)
 
 
-def write(trials: pd.DataFrame, path: Path) -> None:
-    """Write the trial table."""
-    from hrcneuro.io.tables import write_table
-
-    write_table(trials, path, TRIALS)
+def write_trials(trials: pd.DataFrame, out: Path) -> None:
+    """Write trials.parquet into the folder ``out``."""
+    write_table(trials, out / "trials.parquet", TRIALS)
 
 
 def _complete(table: pd.DataFrame, sfreq: float) -> pd.DataFrame:
     table = table.reset_index(drop=True)
     known = table["onset_s"].notna().to_numpy()
     samples = pd.array([None] * len(table), dtype="Int64")
-    samples[known] = onset_samples(table.loc[known, "onset_s"].to_numpy(float), sfreq)
+    samples[known] = np.rint(table.loc[known, "onset_s"].to_numpy(float) * sfreq).astype(np.int64)
     table["onset_sample"] = samples
     for name in TRIALS.columns:
         if name not in table:

@@ -12,17 +12,18 @@ import pytest
 
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError
+from hrcneuro.export import authors as export
+from hrcneuro.export.authors_log import same_moves, write_log, write_metadata
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
-from hrcneuro.sources import export, options
-from hrcneuro.sources.export_log import same_moves, write_log, write_metadata
+from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources.logs import read_log
 from hrcneuro.stages import acquire
 
 LOGS = Path(__file__).parents[2] / "../shared/data/HRC_neurobased_taskplanning"
 SHORT = acquire.Config(
-    session=options.Session(practice_episodes=1, blocks=2, episodes_per_block=2),
-    timing=options.Timing(break_s=1.0, pause_s=1.0),
+    session=SessionParams(practice_episodes=1, blocks=2, episodes_per_block=2),
+    timing=TimingParams(break_s=1.0, pause_s=1.0),
     sfreq=128.0,
 )
 
@@ -214,7 +215,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path, acquired, exported, monk
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hrcneuro.sources.export_log.write_metadata", stop)
+    monkeypatch.setattr("hrcneuro.export.authors_log.write_metadata", stop)
     with pytest.raises(KeyboardInterrupt):
         exported(made)
     assert list((tmp_path / "layout").iterdir()) == []

@@ -77,11 +77,11 @@ def _episode(moves: pd.DataFrame) -> dict[str, Any]:
         "human": (int((error & human).sum() + slips.sum()), int(human.sum())),
     }
     counts["total"] = tuple(map(sum, zip(*counts.values(), strict=True)))  # type: ignore[assignment]
-    found = {"block": _block(first), "episode": first["episode"], "goal_row": last["row"], "goal_col": last["col"]}
-    found["start_row"], found["start_col"] = start
+    line = {"block": _block(first), "episode": first["episode"], "goal_row": last["row"], "goal_col": last["col"]}
+    line["start_row"], line["start_col"] = start
     for who, (wrong, of) in counts.items():
-        found |= {f"{who}_errors": wrong, f"{who}_moves": of, f"{who}_correct": (of - wrong) / of * 100 if of else 0}
-    return found
+        line |= {f"{who}_errors": wrong, f"{who}_moves": of, f"{who}_correct": (of - wrong) / of * 100 if of else 0}
+    return line
 
 
 def _block(row: Any) -> str:

@@ -24,7 +24,7 @@ PLACES = (2, None, 1, 0, 3, 4, 5)
 
 def main(angles: str, fault: str = "") -> None:
     clock = WallClock()
-    clock.hurry()
+    clock.raise_priority()
     arm = SimArm(clock, [float(v) for v in angles.split(",")])
     rospy.init_node("arm")
     states = rospy.Publisher("/joint_states", JointState, queue_size=1, tcp_nodelay=True)

@@ -1,0 +1,64 @@
+"""Which trials belong to the configured conditions and scenarios; a mistake in them is said with its cure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from hrcneuro.errors import ConfigError, did_you_mean
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from hrcneuro.eeg.selection import TrialSet
+
+
+def trial_sets(table: pd.DataFrame, conditions: Mapping[str, str], split: str) -> list[TrialSet]:
+    """Return a set a scenario and condition, as :func:`hrcneuro.eeg.selection.trial_sets` does.
+
+    Raises:
+        ConfigError: A query or the split names no column, or a query is no condition.
+    """
+    from hrcneuro.eeg import selection
+
+    return selection.crossed(matching(table, conditions), scenarios(table, split))
+
+
+def matching(table: pd.DataFrame, conditions: Mapping[str, str]) -> dict[str, NDArray[np.bool_]]:
+    """Return condition -> which trials belong to it, ndarray, shape (n_trials,).
+
+    Raises:
+        ConfigError: A query names no column, or is no condition.
+    """
+    from hrcneuro.eeg import selection
+
+    try:
+        return selection.matching(table, conditions)
+    except ValueError as error:
+        raise ConfigError(
+            f"conditions.{error}",
+            cure=f"write a comparison, such as \"event == 'square'\", of its columns: {_columns(table)}",
+        ) from error
+
+
+def scenarios(table: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Return each value of the column ``split``, sorted, and which trials have it; none where ``split`` is empty.
+
+    Raises:
+        ConfigError: The split names no column.
+    """
+    from hrcneuro.eeg import selection
+
+    try:
+        return selection.scenarios(table, split)
+    except ValueError as error:
+        raise ConfigError(
+            f"study.split = {error}{did_you_mean(split, map(str, table.columns))}",
+            cure=f"use one of {_columns(table)}, or leave it empty",
+        ) from error
+
+
+def _columns(table: pd.DataFrame) -> str:
+    return ", ".join(map(str, table.columns))

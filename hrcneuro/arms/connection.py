@@ -1,0 +1,43 @@
+"""Which arm it is, and how it is driven; values only, so that a configuration loads at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from ipaddress import IPv4Address
+
+from hrcneuro.contract import option
+
+
+@dataclass(frozen=True)
+class Connection:
+    """An arm as the options name it."""
+
+    backend: str = option(
+        "sim", "the arm: sim in-process on a virtual clock, ursim a simulated controller, ur a UR10, ros behind ROS",
+        choices=("sim", "ursim", "ur", "ros"),
+    )  # fmt: skip
+    driver: str = option(
+        "rtde", "how ur and ursim are driven: ur_rtde's speedJ, or speedj lines on port 30003 as in the paper",
+        choices=("rtde", "script"),
+    )  # fmt: skip
+    # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
+    host: str = option("", "address of the arm's controller, for backend ur")
+    at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", keyed=False)
+
+    @property
+    def there_once(self) -> bool:
+        """Whether two sessions would share the arm: ``sim`` and ``ursim`` make one for each."""
+        return self.backend not in ("sim", "ursim")
+
+    @property
+    def simulated(self) -> bool:
+        """Whether nothing real can move."""
+        # By its number: a name that begins with 127. may stand for any robot.
+        return not self.there_once or (self.backend == "ur" and _loopback(self.host))
+
+
+def _loopback(host: str) -> bool:
+    try:
+        return IPv4Address(host).is_loopback
+    except ValueError:
+        return False

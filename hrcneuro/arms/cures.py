@@ -1,0 +1,57 @@
+"""What a person can do when a session cannot begin or go on, in the user's words: options, cables, the pendant."""
+
+from __future__ import annotations
+
+from hrcneuro.errors import ConfigError, HardwareError, StageError
+from hrcneuro.robot.backend import ArmError, Cause, Stopped
+from hrcneuro.robot.plan import TooQuick
+from hrcneuro.robot.trajectory import NoPath
+from hrcneuro.robot.workspace import CellError, Flaw, WayError
+
+_AGAIN = "then start the session again with the episode it stopped in (robot.episodes)"
+
+_CAUSES = {
+    Cause.EMERGENCY_STOP: (
+        f"see that the cell is safe, release the emergency stop and start the arm on its pendant, {_AGAIN}"
+    ),
+    Cause.PROTECTIVE_STOP: f"find what it touched, free it, unlock the protective stop on the pendant, {_AGAIN}",
+    Cause.NOT_NORMAL: f"read the pendant, clear what it names, {_AGAIN}",
+    Cause.SAFETY_BITS: f"leave reduced or recovery mode and clear safeguard stops, {_AGAIN}",
+    Cause.PACKETS_LOST: f"check the cable and what else loads this machine, {_AGAIN}",
+    Cause.PROGRAM: f"set the pendant to remote control and let nothing else stop the program, {_AGAIN}",
+    Cause.SLIDER: f"set it to 100 %, {_AGAIN}",
+    Cause.NO_NUMBER: "check robot.cell and the path that was asked for",
+    Cause.OUT_OF_BOX: "check robot.cell and the path that was asked for",
+    Cause.TIP_ASTRAY: "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
+    Cause.JOINT_ASTRAY: "see that nothing holds the arm",
+    Cause.STARTS_OUTSIDE: "bring it above the screen with the pendant, or correct robot.cell",
+    Cause.STARTS_FOLDED: "bring the arm near its home position with the pendant",
+    Cause.NO_RESPONSE: "see that its program runs and takes velocities, or give robot.lead_s",
+    Cause.OTHER_RESPONSE: "look for other programs that command it, or give robot.lead_s",
+}
+
+
+_FLAWS = {
+    Flaw.NO_ROOM: "choose robot.cell.hover and robot.cell.home between robot.cell.floor and ceiling",
+    Flaw.OUT_OF_BOX: "widen the box: robot.cell.margin, floor and ceiling",
+    Flaw.OUT_OF_REACH: "bring the cell nearer to the arm: robot.cell.base_height, near_edge or tool",
+    Flaw.SINGULAR: "move the cell away from the arm's singular region: robot.cell.base_height, near_edge or tool",
+}
+
+
+def with_cure(error: BaseException) -> BaseException:
+    """Return what the numbers of a session raise with what a person can do about it; any other error as it is."""
+    if isinstance(error, ArmError):
+        cure = _CAUSES[error.cause]
+        if isinstance(error, Stopped) and not error.rests:
+            cure = f"press the emergency stop; {cure}"
+        return HardwareError(error.problem, cure=cure)
+    if isinstance(error, CellError):
+        place = "" if isinstance(error, WayError) else "robot.cell: "
+        return ConfigError(f"{place}{error.problem}", cure=_FLAWS[error.flaw])
+    if isinstance(error, TooQuick):
+        cure = f"robot.t_f_s of at least {error.least_s:.2f} s suits every move of the selection"
+        return ConfigError(str(error), cure=cure)
+    if isinstance(error, NoPath):
+        return StageError(str(error), cure="check the bounds robot.approach_*, robot.homing_* and robot.stop_*")
+    return error

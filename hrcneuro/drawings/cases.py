@@ -1,0 +1,105 @@
+"""The paper's Figs 2 and 3, which join the group's erp and ersp: a takeover against the continuation of its owner."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
+
+if TYPE_CHECKING:
+    from hrcneuro.figures.cases import CasePanel
+    from hrcneuro.tables.maps import GroupMaps
+
+# Letter, scenario, takeover, continuation, position.
+_FIG_2 = (
+    ("A", "all", "HR", "HH", "before"),
+    ("B", "all", "HR", "HH", "after"),
+    ("C", "all", "RH", "RR", "before"),
+    ("D", "all", "RH", "RR", "after"),
+)
+_FIG_3 = (("A", "sC", "RH", "RR", "before"), ("B", "iC", "RH", "RR", "before"))
+
+
+def draw(config: Any, files: Inputs, out: Path) -> None:
+    """Draw the figures whose contrasts have all been tested."""
+    from hrcneuro.figures.cases import compose
+    from hrcneuro.figures.notes import shown_channel
+    from hrcneuro.figures.style import save
+    from hrcneuro.tables.maps import read_positions, read_tested
+
+    potentials = read_tested(files.path("erp", "erp_stats.parquet"))
+    rhythms = read_tested(files.path("ersp", "ersp_stats.parquet")) if files.has("ersp", "ersp_stats.parquet") else None
+    for name, printed in (("fig2.png", _FIG_2), ("fig3.png", _FIG_3)):
+        if not all(_key(one) in potentials.maps for one in printed):
+            continue
+        names = potentials.maps[_key(printed[0])].channels
+        channel, missing = shown_channel(config.erp.channel, names)
+        panels = _panels(printed, files, potentials, rhythms, channel)
+        positions = read_positions(files.path("erp", "channels.parquet"), names)
+        note = "; ".join(["bands: standard error", _tests(config, panels[0]), *missing])
+        save(compose(panels, positions, channel=channel, gap_s=potentials.gap_s, note=note), out / name)
+
+
+def _key(printed: tuple[str, ...]) -> tuple[str, str]:
+    """Return the scenario and the name of a printed contrast."""
+    _, scenario, case, continuation, position = printed
+    return scenario, f"{case}-{continuation}_{position}"
+
+
+def _panels(
+    printed: tuple[tuple[str, str, str, str, str], ...],
+    files: Inputs,
+    potentials: GroupMaps,
+    rhythms: GroupMaps | None,
+    channel: str,
+) -> list[CasePanel]:
+    from hrcneuro.figures.cases import CasePanel
+    from hrcneuro.tables.maps import read_contrast_waves
+
+    waves = read_contrast_waves(files.path("erp", "erp_stats.parquet"), channel)
+    return [
+        CasePanel(*one, potentials.maps[key], waves[key], rhythms.maps.get(key) if rhythms else None)
+        for one, key in ((one, _key(one)) for one in printed)
+    ]
+
+
+def _tests(config: Any, panel: CasePanel) -> str:
+    """Return what the tests of potentials and rhythms are: apart where they differ."""
+    from hrcneuro.figures.notes import named_test
+
+    kinds = (("potentials", panel.potentials, config.erp), ("rhythms", panel.rhythms, config.ersp))
+    named = {
+        what: named_test(options.correction, options.alpha, subjects=tested.n)
+        for what, tested, options in kinds
+        if tested is not None
+    }
+    if len(set(named.values())) == 1:
+        return named["potentials"]
+    return "; ".join(f"{what}: {test}" for what, test in named.items())
+
+
+_SIGNIFICANT = (
+    "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
+    "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
+    "wavelet magnitudes that is largest over the channels. Hatched: the next onset may fall here, so that its response "
+    "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand"
+)
+
+DRAWINGS = Drawings(
+    name="cases",
+    libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
+    group=Drawing(
+        captions={
+            "fig2.png": Caption(f"Both scenarios together. {_SIGNIFICANT}", "Fig 2"),
+            "fig3.png": Caption(f"Each scenario alone. {_SIGNIFICANT}", "Fig 3"),
+        },
+        reads=(
+            Read("erp", ("erp_stats.parquet", "channels.parquet"), Of.GROUP),
+            Read("ersp", ("ersp_stats.parquet",), Of.GROUP, required=False),
+        ),
+        options=("erp.channel", "erp.correction", "erp.alpha", "ersp.correction", "ersp.alpha"),
+        draw=draw,
+    ),
+    chapter="erp",
+)

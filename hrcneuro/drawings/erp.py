@@ -1,0 +1,116 @@
+"""The pictures of erp: waveforms with maps above them, of a subject and of the group."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Read
+
+if TYPE_CHECKING:
+    from hrcneuro.tables.maps import GroupMaps
+
+
+def draw_subject(config: Any, files: Inputs, out: Path) -> None:
+    """Draw one subject's contrasts over all scenarios, or its conditions, from waveforms.parquet."""
+    from hrcneuro.figures import erp as figures
+    from hrcneuro.figures import erp_panels, notes
+    from hrcneuro.tables.maps import read_positions, read_waveforms
+
+    waves, options = read_waveforms(files.path("erp", "waveforms.parquet")), config.erp
+    channel, missing = notes.shown_channel(options.channel, waves.channels)
+    bands = notes.bands(" over trials", options.confidence)
+    if options.overlap == "regress":
+        bands = "overlap of responses regressed out, which leaves no standard error"
+    row = waves.channels.index(channel)
+    shown = erp_panels.Shown(waves.times, row, waves.gap_s, options.map_times_s, options.confidence)
+    figures.draw(
+        erp_panels.of_subject(waves.counts, waves.means, waves.errors, options.contrasts, shown),
+        waves.times,
+        read_positions(files.path("erp", "channels.parquet"), waves.channels),
+        out / "erp_subject.png",
+        channel=channel,
+        gap_s=waves.gap_s,
+        note="; ".join([files.unit, *missing, bands]),
+    )
+
+
+def draw_group(config: Any, files: Inputs, out: Path) -> None:
+    """Draw the group's tested contrasts: of all trials, of each scenario, and within strata."""
+    from hrcneuro.tables.maps import read_tested
+
+    stats, strata = (files.path("erp", name) for name in ("erp_stats.parquet", "erp_strata.parquet"))
+    tested, within = read_tested(stats), read_tested(strata)
+    _draw(config, files, stats, tested, tested.whole, out / "erp.png")
+    _draw(config, files, stats, tested, tested.by_scenario, out / "erp_scenarios.png")
+    _draw(config, files, strata, within, within.of_half_the_group, out / "erp_strata.png")
+
+
+def _draw(
+    config: Any, files: Inputs, table: Path, tested: GroupMaps, keys: Sequence[tuple[str, str]], picture: Path
+) -> None:
+    """Draw these contrasts of a table; nothing where there is none."""
+    from hrcneuro.figures import erp as figures
+    from hrcneuro.figures import erp_panels, notes
+    from hrcneuro.tables.maps import read_contrast_waves, read_positions
+
+    if not keys:
+        return
+    first, options = tested.maps[keys[0]], config.erp
+    channel, missing = notes.shown_channel(options.channel, first.channels)
+    waves = read_contrast_waves(table, channel)
+    contrasts = [erp_panels.GroupPanel(*key, *tested.conditions[key], tested.maps[key], waves[key]) for key in keys]
+    row = first.channels.index(channel)
+    shown = erp_panels.Shown(first.times, row, tested.gap_s, options.map_times_s, options.confidence)
+    test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects)
+    figures.draw(
+        erp_panels.of_group(contrasts, shown),
+        first.times,
+        read_positions(files.path("erp", "channels.parquet"), first.channels),
+        picture,
+        channel=channel,
+        gap_s=tested.gap_s,
+        note="; ".join([*missing, notes.bands("", options.confidence), test]),
+    )
+
+
+_SHOWN = ("erp.channel", "erp.map_times_s", "erp.confidence")
+
+DRAWINGS = Drawings(
+    name="erp",
+    libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
+    subject=Drawing(
+        captions={
+            "erp_subject.png": Caption(
+                "One subject's potentials with standard errors over trials; their difference with its "
+                "confidence interval, and maps of it (of the potential itself where the study has no contrast)"
+            )
+        },
+        reads=(Read("erp", ("waveforms.parquet", "channels.parquet")),),
+        options=(*_SHOWN, "erp.contrasts", "erp.overlap"),
+        draw=draw_subject,
+    ),
+    group=Drawing(
+        captions={
+            "erp.png": Caption(
+                "Grand averages of each contrast, its first condition in colour, its second in grey, with "
+                "standard errors over subjects; below them the mean difference with its confidence interval, above "
+                "them "
+                "maps of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
+                "ERP of all contrasts",
+            ),
+            "erp_scenarios.png": Caption(
+                "The same contrasts in each scenario alone (the paper's Fig 3)", "ERP by scenario"
+            ),
+            "erp_strata.png": Caption(
+                "The contrasts among trials that are alike in what went before (previous error) and in "
+                "what is coming (turn): what remains of the difference does not stem from that",
+                "ERP within strata",
+            ),
+        },
+        reads=(Read("erp", ("erp_stats.parquet", "erp_strata.parquet", "channels.parquet")),),
+        options=(*_SHOWN, "erp.correction", "erp.alpha"),
+        draw=draw_group,
+    ),
+)

@@ -1,0 +1,48 @@
+"""What can be set of the chain that cleans a recording. Light to import: no numeric library is needed for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hrcneuro.contract import option
+
+FILTERS = ("zero_phase", "causal")
+TRANSITIONS = ("achieved", "requested")
+SPLINES = ("eeglab", "perrin")
+
+
+@dataclass(frozen=True)
+class CleaningParams:
+    """The chain's parameters (paper §2.3.3); the defaults are the paper's."""
+
+    l_freq: float = option(1.0, "lower edge of the pass band", unit="Hz", low=0, open_low=True)
+    h_freq: float = option(40.0, "upper edge of the pass band", unit="Hz", low=0, open_low=True)
+    sfreq: float = option(512.0, "sampling rate to come down to; a slower recording keeps its own", unit="Hz", low=1)
+    filter: str = option(
+        "zero_phase",
+        "zero_phase: EEGLAB's windowed sinc; causal: first-order high-pass, fourth-order low-pass; sfreq looks ahead",
+        choices=FILTERS,
+    )
+    transition: str = option(
+        "achieved",
+        "transition bands of zero_phase: as the order makes them, or as asked for (pop_eegfiltnew without an order)",
+        choices=TRANSITIONS,
+    )
+    causal_l_freq: float = option(0.1, "high-pass of the causal filter", unit="Hz", low=0, open_low=True)
+    eog: str = option("regression", "how eye movements are removed", choices=("regression", "none"))
+    eog_offset: bool = option(
+        True, "the regression also removes each channel's mean, as BIOSIG's does; false: as MNE's EOGRegression"
+    )
+    bad_channels: str = option("kurtosis", "how contaminated channels are found", choices=("kurtosis", "none"))
+    threshold: float = option(
+        2.0, "channels whose normalised kurtosis lies further from the mean are bad", unit="SD", low=0, open_low=True
+    )
+    interpolation: str = option(
+        "eeglab",
+        "splines for bad channels: as EEGLAB computes them, or Perrin's (MNE; better for new studies)",
+        choices=SPLINES,
+    )
+    unplaced: str = option(
+        "error", "what becomes of a bad channel whose position is unknown", choices=("error", "drop", "keep")
+    )
+    reference: str = option("average", "reference of the clean EEG; none: as recorded", choices=("average", "none"))

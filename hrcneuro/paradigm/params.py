@@ -1,0 +1,53 @@
+"""What can be set of a simulated session: protocol and partners, and when moves begin. Light to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hrcneuro.contract import option
+from hrcneuro.paradigm.design import T_F_S
+
+START_NEXT = ("at_rest", "in_radius")
+
+
+@dataclass(frozen=True)
+class SessionParams:
+    """The protocol and the partners of a session (paper §2.4); the defaults are the study's.
+
+    ``wrong_key_rate`` and ``undo_rate`` None draw the subject's own (0.1 to 7 % of the keys; most errors taken back).
+    A high ``wrong_key_rate`` falls short of its share: see :class:`~hrcneuro.paradigm.partners.Human`.
+    Practice has fewer errors in the logs.
+    """
+
+    practice_episodes: int = option(5, "episodes in each of the two practice blocks; 0 for none", low=0)
+    blocks: int = option(12, "main blocks; odd ones iC, even ones sC", low=1, high=99)
+    episodes_per_block: int = option(13, "episodes in a main block", low=1)
+    error_rate: float = option(0.30, "probability that a move after no error goes wrong", low=0, high=1)
+    practice_error_rate: float = option(0.22, "the same in practice blocks", low=0, high=1)
+    wrong_key_rate: float | None = option(
+        None, "share of keys outside the target, roughly: from 0.05 on, less; none: drawn", low=0, high=1
+    )
+    undo_rate: float | None = option(None, "share of errors that the next key takes back; none: drawn", low=0, high=1)
+
+
+@dataclass(frozen=True)
+class TimingParams:
+    """When moves begin (paper §2.3.1), in seconds.
+
+    The defaults give the published 876 ± 134 ms (sC) and 872 ± 131 ms (iC) from onset to onset. ``t_f`` is drawn anew
+    for every move between ``t_f_min_s`` and ``t_f_max_s``, beta-distributed with ``t_f_mean_s`` and ``t_f_sd_s``. One
+    t_f a session, as the paper may also be read, would spread the subjects' means so far that the published standard
+    deviation left nothing to the moves.
+    """
+
+    t_f_min_s: float = option(T_F_S[0], "shortest motion", unit="s", low=0, open_low=True)
+    t_f_max_s: float = option(T_F_S[1], "longest motion", unit="s", low=0, open_low=True)
+    t_f_mean_s: float = option(0.82, "mean duration of a motion", unit="s", low=0, open_low=True)
+    t_f_sd_s: float = option(0.12, "its standard deviation", unit="s", low=0)
+    reaction_mean_s: float = option(0.23, "a human's mean reaction time", unit="s", low=0)
+    reaction_sd_s: float = option(0.07, "its standard deviation", unit="s", low=0)
+    soa_min_s: float = option(0.6, "shortest time from onset to onset", unit="s", low=0)
+    start_next: str = option("at_rest", "when the next motion may start", choices=START_NEXT)
+    lead_in_s: float = option(5.0, "recorded before the first move", unit="s", low=0)
+    pause_s: float = option(1.5, "pause between episodes", unit="s", low=0)
+    break_s: float = option(8.0, "break between blocks", unit="s", low=0)

@@ -1,0 +1,72 @@
+"""Artifacts of small studies, from which pictures are drawn."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from hrcneuro import drawings
+from hrcneuro.contract import Inputs, chosen
+
+_FACTORY = Path(__file__).parents[1] / "stages" / "epoch_factory.py"
+
+
+@pytest.fixture(scope="session")
+def factory():
+    """Return the module that writes epochs, as the tests of the stages have them."""
+    spec = importlib.util.spec_from_file_location("epoch_factory", _FACTORY)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def study(factory):
+    """Return a function that runs erp or ersp on subjects and on the group, and returns unit -> folder."""
+
+    def run(folder, stage, config, n_subjects, **options):
+        folders = {}
+        for i in range(n_subjects):
+            unit = f"s{i + 1:02d}"
+            factory.write_subject(folder / "epoch" / unit, unit, **{"seed": i, **options})
+            folders[unit] = folder / stage.STAGE.name / unit
+            folders[unit].mkdir(parents=True)
+            stage.run(config, Inputs.of(unit, epoch=folder / "epoch" / unit), folders[unit])
+        group = folder / stage.STAGE.name / "group"
+        group.mkdir()
+        stage.run_group(config, Inputs.of("group", **{stage.STAGE.name: dict(folders)}), group)
+        return folders | {"group": group}
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def draw():
+    """Return a function that draws a unit's pictures from folders, with the options that the drawing names."""
+
+    def run(name, unit, out, sections, **folders):
+        drawn = drawings.load(name)
+        drawing = drawn.group if unit == "group" else drawn.subject
+        out.mkdir(parents=True, exist_ok=True)
+        drawing.draw(chosen(sections, drawing.options), Inputs.of(unit, **folders), out)
+        assert {path.name for path in out.glob("*.png")} <= set(drawing.captions)
+        return {path.stem for path in out.glob("*.png")}
+
+    return run
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Keep the figures that would be saved, without saving: picture's name -> figure."""
+    from hrcneuro.figures import erp, ersp, style
+
+    kept = {}
+    for module in (erp, ersp, style):
+        monkeypatch.setattr(module, "save", lambda figure, path: kept.update({path.name: figure}))
+    return kept
+
+
+@pytest.fixture(scope="session")
+def foot():
+    """Return a function that tells what is written beside a figure's axes: its titles and its foot."""
+    return lambda figure: " ".join(text.get_text() for text in figure.texts)

@@ -1,0 +1,92 @@
+"""The arm's pictures come from its tables alone: what is drawn of a session on the in-process arm."""
+
+import dataclasses
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.contract import Inputs, chosen
+from hrcneuro.drawings import moves, robot
+from hrcneuro.io.tables import write_table
+from hrcneuro.paradigm.session import SessionParams, simulate_session
+from hrcneuro.stages import robot as stage
+from hrcneuro.tables.trials import TRIALS, study_trials
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory) -> dict[str, Path]:
+    """Return the folders of an entry of acquire and of one of robot, of the same subject."""
+    folder = tmp_path_factory.mktemp("arm")
+    session = SessionParams(practice_episodes=0, blocks=2, episodes_per_block=1)
+    trials = study_trials(simulate_session(session, rng=np.random.default_rng(5)), "s01", 512.0)
+    for name in ("acquire", "robot"):
+        (folder / name).mkdir()
+    write_table(trials, folder / "acquire" / "trials.parquet", TRIALS)
+    config = dataclasses.replace(stage.Config(), lead_s=0.027)
+    stage.run(config, Inputs.of("s01", acquire=folder / "acquire"), folder / "robot")
+    return {name: folder / name for name in ("acquire", "robot")}
+
+
+def options(**changes):
+    sections = {"robot": dataclasses.replace(stage.Config(), **changes)}
+    return chosen(sections, robot.DRAWINGS.subject.options)
+
+
+def drawn(folder: Path) -> dict[str, str]:
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.glob("*.png")}
+
+
+def test_every_picture_is_drawn_and_comes_out_the_same_again(folders, tmp_path):
+    found = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        robot.draw(options(), Inputs.of("s01", robot=folders["robot"]), tmp_path / name)
+        found.append(drawn(tmp_path / name))
+    assert set(found[0]) == set(robot.DRAWINGS.subject.captions)
+    assert {p.stem for p in (tmp_path / "one").glob("*.pdf")} == {Path(name).stem for name in found[0]}
+    assert found[0] == found[1]
+
+
+def test_behind_sockets_the_limit_is_another(folders, tmp_path):
+    """Only the picture that shows the limit changes; the cell's own changes with the cell."""
+    pictures = {}
+    cell = dataclasses.replace(stage.Config().cell, near_edge=0.7)
+    for name, changes in (("sim", {}), ("ursim", {"backend": "ursim"}), ("cell", {"cell": cell})):
+        (tmp_path / name).mkdir()
+        robot.draw(options(**changes), Inputs.of("s01", robot=folders["robot"]), tmp_path / name)
+        pictures[name] = drawn(tmp_path / name)
+    differ = {name for name, digest in pictures["sim"].items() if pictures["ursim"][name] != digest}
+    assert differ == {"robot.png"}
+    assert pictures["cell"]["timing.png"] == pictures["sim"]["timing.png"]
+    assert pictures["cell"]["reach.png"] != pictures["sim"]["reach.png"]
+
+
+def test_a_session_without_a_finished_move_is_drawn(folders, tmp_path):
+    """What was recorded of a session that was stopped before its first move ended."""
+    (tmp_path / "robot").mkdir()
+    for place in folders["robot"].iterdir():
+        table = pd.read_parquet(place)
+        if place.name == "moves.parquet":
+            table = table.iloc[:0]
+        if place.name == "timing.parquet":
+            table = table[table["quantity"].isin(["cycle", "cycle_jitter"])]
+        table.to_parquet(tmp_path / "robot" / place.name)
+    (tmp_path / "out").mkdir()
+    robot.draw(options(), Inputs.of("s01", robot=tmp_path / "robot"), tmp_path / "out")
+    assert set(drawn(tmp_path / "out")) == set(robot.DRAWINGS.subject.captions)
+
+
+def test_the_moves_of_all_subjects_are_joined(folders, tmp_path):
+    inputs = Inputs.of(
+        "group", acquire=dict.fromkeys(("s01", "s02"), folders["acquire"]), robot={"s01": folders["robot"]}
+    )
+    moves.draw(None, inputs, tmp_path)
+    assert set(drawn(tmp_path)) == set(moves.DRAWINGS.group.captions)
+
+
+def test_where_no_arm_has_moved_there_is_no_picture(folders, tmp_path):
+    moves.draw(None, Inputs.of("group", acquire={"s01": folders["acquire"]}), tmp_path)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,116 @@
+"""The pictures of preprocess, and the one that joins it with acquire, from files that a stage has written."""
+
+from types import SimpleNamespace
+
+import mne
+import numpy as np
+import pytest
+
+from hrcneuro.contract import Inputs, Of
+from hrcneuro.drawings import preprocess as one
+from hrcneuro.drawings import quality as joint
+from hrcneuro.io import fif
+from hrcneuro.io.tables import read_table
+from hrcneuro.stages import preprocess
+
+NAMES = ["Fp1", "Fp2", "C3", "C4", "O1", "O2", "T7", "T8"]
+
+
+def acquire(folder, unit, *, eog):
+    rng = np.random.default_rng([*unit.encode()])
+    t = np.arange(30 * 128) / 128
+    blinks = sum(np.exp(-0.5 * ((t - peak) / 0.06) ** 2) for peak in (4, 9, 13, 17, 22, 26)) * 200e-6
+    data = 1e-5 * rng.standard_normal((len(NAMES) + eog, len(t)))
+    data[:2] += 0.5 * blinks
+    if eog:
+        data[-1] += blinks
+    info = mne.create_info([*NAMES, *(["EOG1"] * eog)], 128.0, ["eeg"] * len(NAMES) + ["eog"] * eog, verbose="error")
+    folder.mkdir(parents=True)
+    fif.write_raw(mne.io.RawArray(data, info, verbose="error"), folder / f"{unit}_raw.fif")
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Artifacts of acquire and preprocess: stage -> unit -> folder; a subject's name that ends in x has no EOG."""
+    folders = {"acquire": {}, "preprocess": {}}
+    for unit in ("s01", "s02", "s03", "s04", "s05x"):
+        eog = not unit.endswith("x")
+        raw, clean = tmp_path / "acquire" / unit, tmp_path / "preprocess" / unit
+        acquire(raw, unit, eog=eog)
+        clean.mkdir(parents=True)
+        config = preprocess.Config(sfreq=128.0, bad_channels="none", eog="regression" if eog else "none")
+        preprocess.run(config, Inputs.of(unit, acquire=raw), clean)
+        folders["acquire"][unit], folders["preprocess"][unit] = raw, clean
+    return folders
+
+
+def is_picture(path):
+    return path.read_bytes()[:4] == b"\x89PNG" and path.with_suffix(".pdf").read_bytes()[:4] == b"%PDF"
+
+
+def test_a_subjects_channels_are_drawn_from_its_table_alone(study, tmp_path):
+    table = tmp_path / "table"
+    table.mkdir()
+    (study["preprocess"]["s01"] / "quality.parquet").rename(table / "quality.parquet")
+    out = tmp_path / "out"
+    out.mkdir()
+    one.draw(SimpleNamespace(preprocess=SimpleNamespace(threshold=2.0)), Inputs.of("s01", preprocess=table), out)
+    assert sorted(path.name for path in out.iterdir()) == ["quality.pdf", "quality.png"]
+    assert is_picture(out / "quality.png")
+
+
+@pytest.fixture
+def seen(monkeypatch):
+    """What the figure is handed: the channels' tables and the recordings' qualities."""
+    calls = []
+    monkeypatch.setattr(
+        "hrcneuro.figures.quality_group.draw", lambda channels, qualities, path: calls.append((channels, qualities))
+    )
+    return calls
+
+
+def test_everyone_is_in_the_picture_and_up_to_four_included_ones_have_lines(study, tmp_path, seen):
+    joint.draw(None, Inputs.of("group", **study), tmp_path)
+    ((channels, qualities),) = seen
+    assert list(channels) == list(study["preprocess"])
+    assert len(qualities) == 3  # every second of five
+    assert [q.blink_before is None for q in qualities] == [False, False, True]
+    high = qualities[0].blink_before.max(), qualities[0].blink_after.max()
+    assert high[0] > 60 > 3 * high[1]
+
+
+def test_an_excluded_subject_has_channels_and_no_line(study, tmp_path, seen):
+    for name in ("s02_clean_raw.fif", "timing.parquet"):
+        (study["preprocess"]["s02"] / name).unlink()
+    joint.draw(None, Inputs.of("group", **study), tmp_path)
+    assert "s02" in seen[0][0]
+    assert len(seen[0][1]) == 4
+
+
+def test_a_subject_that_was_not_acquired_is_missing_and_the_others_are_drawn(study, tmp_path):
+    del study["preprocess"]["s03"], study["acquire"]["s03"]
+    joint.draw(None, Inputs.of("group", **study), tmp_path)
+    assert is_picture(tmp_path / "quality_group.png")
+
+
+def test_nothing_is_drawn_of_nobody(tmp_path):
+    joint.draw(None, Inputs("group", {}), tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_files_give_the_same_picture(study, tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        joint.draw(None, Inputs.of("group", **study), tmp_path / name)
+    assert (tmp_path / "a/quality_group.png").read_bytes() == (tmp_path / "b/quality_group.png").read_bytes()
+
+
+def test_what_it_reads_is_optional_for_each_subject():
+    reads = joint.DRAWINGS.group.reads
+    assert not any(read.required for read in reads)
+    assert {read.of for read in reads if "quality.parquet" in read.files} == {Of.EVERYONE}
+    assert {read.of for read in reads if "quality.parquet" not in read.files} == {Of.INCLUDED}
+
+
+def test_the_table_says_which_channels_were_replaced(study):
+    assert not read_table(study["preprocess"]["s01"] / "quality.parquet")["interpolated"].any()
