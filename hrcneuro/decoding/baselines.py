@@ -13,8 +13,8 @@ def rule_bacc(cues: np.ndarray, labels: np.ndarray) -> float:
     """Return the balanced accuracy of "where the cue holds, class 2", as a fraction; NaN where a class is absent.
 
     Args:
-        cues: Shape (trials,), bool: the move before was an error, or the next target differs.
-        labels: Shape (trials,), true for class 2.
+        cues: ndarray, shape (n_trials,), bool: the move before was an error, or the next target differs.
+        labels: ndarray, shape (n_trials,), true for class 2.
     """
     if not labels.any() or labels.all():
         return float("nan")
@@ -27,8 +27,8 @@ def fitted_scores(cues: np.ndarray, labels: np.ndarray, splits: Sequence[Split])
     The best a decoder can do that sees only the cue. Positive scores mean class 2; a tie decides for class 1.
 
     Args:
-        cues: Shape (trials,), whole numbers: the cue's value, or a code for several cues together.
-        labels: Shape (trials,), true for class 2.
+        cues: ndarray, shape (n_trials,), whole numbers: the cue's value, or a code for several cues together.
+        labels: ndarray, shape (n_trials,), true for class 2.
         splits: The folds of the decoder beside which this stands.
     """
     n_values = int(cues.max()) + 1 if len(cues) else 1

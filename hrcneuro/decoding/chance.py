@@ -46,8 +46,8 @@ def permutation_test(
     shares and the signal both drift from block to block.
 
     Args:
-        labels: Shape (trials,), true for class 2.
-        blocks: Shape (trials,): labels are exchanged between trials of equal value only.
+        labels: ndarray, shape (n_trials,), true for class 2.
+        blocks: ndarray, shape (n_trials,): labels are exchanged between trials of equal value only.
         statistic: The decoder's result for a labelling; larger is better.
     """
     true = statistic(labels, rng)

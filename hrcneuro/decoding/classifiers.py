@@ -26,7 +26,15 @@ class _TwoClassLinear(ClassifierMixin, BaseEstimator):
     """y = sign(wᵀx + b) for two classes; subclasses say how w and b are found."""
 
     def fit(self, X: np.ndarray, y: np.ndarray) -> _TwoClassLinear:
-        """Fit weights and bias to trials ``X``, shape (trials, features), and their classes ``y``, shape (trials,)."""
+        """Fit weights and bias.
+
+        Args:
+            X: ndarray, shape (n_trials, n_features).
+            y: ndarray, shape (n_trials,): the trials' classes.
+
+        Raises:
+            ValueError: There are not two classes, or one has fewer than two trials.
+        """
         X, y = validate_data(self, X, y, dtype=float)
         check_classification_targets(y)
         self.classes_, codes, counts = np.unique(y, return_inverse=True, return_counts=True)
@@ -41,12 +49,12 @@ class _TwoClassLinear(ClassifierMixin, BaseEstimator):
         return self
 
     def decision_function(self, X: np.ndarray) -> np.ndarray:
-        """Return the scores wᵀx + b, shape (trials,); positive: the second class."""
+        """Return the scores wᵀx + b: ndarray, shape (n_trials,); positive: the second class."""
         check_is_fitted(self)
         return validate_data(self, X, dtype=float, reset=False) @ self.coef_ + self.intercept_
 
     def predict(self, X: np.ndarray) -> np.ndarray:
-        """Return the decided class of each trial, shape (trials,)."""
+        """Return the decided class of each trial: ndarray, shape (n_trials,)."""
         check_is_fitted(self)
         return self.classes_[(self.decision_function(X) > 0).astype(int)]
 
@@ -106,7 +114,7 @@ def block_toeplitz(covariance: np.ndarray, *, n_channels: int, n_times: int) -> 
     """Return the covariance with blocks of equal lag averaged and faded, same shape and order.
 
     Args:
-        covariance: Shape (channels × times, channels × times), channel by channel.
+        covariance: ndarray, shape (n_channels × n_times, n_channels × n_times), channel by channel.
         n_channels, n_times: What its sides are made of.
     """
     blocks = covariance.reshape(n_channels, n_times, n_channels, n_times).transpose(1, 3, 0, 2)

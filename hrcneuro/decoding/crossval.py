@@ -93,8 +93,8 @@ def cross_validate(rows: np.ndarray, labels: np.ndarray, splits: Sequence[Split]
     """Return the scores of each split's held-out trials: the plain loop, the reference of :mod:`.fast`.
 
     Args:
-        rows: One row a trial, shape (trials, ...).
-        labels: Shape (trials,), true for class 2.
+        rows: ndarray, shape (n_trials, ...): one row a trial.
+        labels: ndarray, shape (n_trials,), true for class 2.
         splits: The folds.
         train: Takes training rows and labels, returns the function that scores rows (positive: class 2).
     """
@@ -102,7 +102,7 @@ def cross_validate(rows: np.ndarray, labels: np.ndarray, splits: Sequence[Split]
 
 
 def by_repeat(splits: Sequence[Split], scores: Sequence[np.ndarray], n_trials: int) -> np.ndarray:
-    """Return the scores as an array, shape (repeats, trials): in each repeat every trial is held out once."""
+    """Return the scores: ndarray, shape (n_repeats, n_trials); in each repeat every trial is held out once."""
     table = np.full((splits[-1].repeat + 1, n_trials), np.nan)
     for split, score in zip(splits, scores, strict=True):
         table[split.repeat, split.test] = score

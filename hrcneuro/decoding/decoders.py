@@ -75,7 +75,7 @@ def _estimator(recipe: Recipe) -> object:
 
 
 def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
-    """Return the study's decoder for these features, shape (trials, features), on the fast path where there is one."""
+    """Return the study's decoder for features of shape (n_trials, n_features), on the fast path where there is one."""
     if shrinkage == 1:
         return plain_rlda(data, shrinkage=shrinkage)
     products = fast.gram(data)

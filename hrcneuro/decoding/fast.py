@@ -24,7 +24,7 @@ from hrcneuro.decoding.crossval import Split
 
 
 def gram(rows: np.ndarray) -> np.ndarray:
-    """Return the inner products of all trials, shape (trials, trials), about their mean.
+    """Return the inner products of all trials: ndarray, shape (n_trials, n_trials), about their mean.
 
     The mean changes no score (w sees differences only) but would cost digits.
     """
@@ -39,7 +39,7 @@ def rlda_scores(
 
     Args:
         products: :func:`gram` of all trials of the problem.
-        labels: Shape (trials,), true for class 2.
+        labels: ndarray, shape (n_trials,), true for class 2.
         splits: The folds; each training set lists class 1 first.
         shrinkage: λ, 0 < λ < 1.
 
@@ -75,5 +75,5 @@ def _distinct(train: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     times = np.bincount(train)
     if times.max() == 1:
         return train, np.ones(len(train), dtype=int)
-    found = np.flatnonzero(times)
-    return found, times[found]
+    distinct = np.flatnonzero(times)
+    return distinct, times[distinct]

@@ -1,4 +1,4 @@
-"""Group statistics: spread over subjects, exact sign flips, and Holm's correction."""
+"""Group statistics: exact sign flips over subjects, Holm's correction, and Table 2 beside the published one."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def spread(values: np.ndarray) -> Spread:
     effect in four of five studies with this SD and n (noncentral t). NaN below three subjects, and where not even 100
     would be detected.
     """
-    found = values[np.isfinite(values)]
-    n = len(found)
-    mean = float(found.mean()) if n else float("nan")
-    sd = float(found.std(ddof=1)) if n > 1 else float("nan")
+    finite = values[np.isfinite(values)]
+    n = len(finite)
+    mean = float(finite.mean()) if n else float("nan")
+    sd = float(finite.std(ddof=1)) if n > 1 else float("nan")
     half_width = _t_quantile(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else float("nan")
     detectable = 50 + sd * _effect_for_power(n) if n > 2 else float("nan")
     return Spread(mean, sd, n, float(half_width), detectable if detectable <= 100 else float("nan"))
@@ -53,22 +53,19 @@ def sign_flip_p(values: np.ndarray, rng: np.random.Generator, *, two_sided: bool
     All 2ⁿ flips up to 16 subjects, above that 2¹⁶ − 1 random ones and the identity. One-sided: mean > 0.
 
     Args:
-        values: Shape (subjects,), e.g. balanced accuracy − 50; values that are not finite are left out.
+        values: ndarray, shape (n_subjects,), e.g. balanced accuracy − 50; values that are not finite are left out.
         rng: Used above 16 subjects only.
     """
-    found = values[np.isfinite(values)]
-    n = len(found)
+    finite = values[np.isfinite(values)]
+    n = len(finite)
     if not n:
         return float("nan")
-    if n <= _EXACT_SUBJECTS:
-        flips = all_signs(n)
-    else:
-        flips = random_signs(n, rng, count=2**_EXACT_SUBJECTS)
-    sums = flips @ found
+    flips = all_signs(n) if n <= _EXACT_SUBJECTS else random_signs(n, rng, count=2**_EXACT_SUBJECTS)
+    sums = flips @ finite
     if two_sided:
         sums = np.abs(sums)
     # The tolerance keeps equal sums equal, whatever order they were added in.
-    return float(np.mean(sums >= sums[0] - 1e-9 * np.abs(found).sum()))
+    return float(np.mean(sums >= sums[0] - 1e-9 * np.abs(finite).sum()))
 
 
 def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def regularized_covariance(rows: np.ndarray, *, shrinkage: float) -> np.ndarray:
-    """Return (1 − λ)·Σ + λ·I of ``rows``, shape (trials, features) -> (features, features); Σ with n − 1.
+    """Return (1 − λ)·Σ + λ·I of ``rows``: ndarray, shape (n_features, n_features); Σ with n − 1.
 
     λ·I has a unit: the features must be in microvolt (paper 2.5.4).
     """
@@ -15,14 +15,14 @@ def regularized_covariance(rows: np.ndarray, *, shrinkage: float) -> np.ndarray:
 
 
 def discriminant(rows: np.ndarray, labels: np.ndarray, *, shrinkage: float) -> tuple[np.ndarray, float]:
-    """Return weights w, shape (features,), and bias b of y = sign(wᵀx + b), positive for class 2 (takeover).
+    """Return weights w: ndarray, shape (n_features,), and bias b of y = sign(wᵀx + b), positive for class 2 (takeover).
 
     w = (Σ̃₁ + Σ̃₂)⁻¹(μ₂ − μ₁) and b = −½ wᵀ(μ₁ + μ₂), the midpoint; the paper prints another sign and twice the bias
     (2.5.4).
 
     Args:
-        rows: Training trials, shape (trials, features), microvolt; at least two a class.
-        labels: Shape (trials,), true for class 2.
+        rows: ndarray, shape (n_trials, n_features): training trials, microvolt; at least two a class.
+        labels: ndarray, shape (n_trials,), true for class 2.
         shrinkage: λ.
     """
     first, second = rows[~labels], rows[labels]

@@ -15,7 +15,7 @@ RATES = ("tnr", "tpr", "acc", "bacc", "auc")
 
 @dataclass(frozen=True)
 class FoldRates:
-    """The rates of each fold, shape (splits, 5), fractions in the order of ``RATES``; NaN where a class is absent."""
+    """The rates of each fold, shape (n_splits, 5), fractions in the order of ``RATES``; NaN where a class is absent."""
 
     values: np.ndarray
 
@@ -30,8 +30,8 @@ def rates(labels: np.ndarray, scores: np.ndarray) -> tuple[float, float, float, 
     NaN stands for a rate whose class has no trial. ACC alone cannot be trusted where the classes differ in size.
 
     Args:
-        labels: Shape (trials,), true for class 2.
-        scores: Shape (trials,).
+        labels: ndarray, shape (n_trials,), true for class 2.
+        scores: ndarray, shape (n_trials,).
     """
     right = (scores > 0) == labels
     n_second = int(np.count_nonzero(labels))
@@ -72,9 +72,9 @@ def pooled_bacc(labels: np.ndarray, score_table: np.ndarray, among: np.ndarray |
     """Return the balanced accuracy over all repeats together, as a fraction; NaN where a class is absent.
 
     Args:
-        labels: Shape (trials,), true for class 2.
-        score_table: Shape (repeats, trials), from :func:`.crossval.by_repeat`.
-        among: Shape (trials,): count these trials only (a stratum).
+        labels: ndarray, shape (n_trials,), true for class 2.
+        score_table: ndarray, shape (n_repeats, n_trials), from :func:`.crossval.by_repeat`.
+        among: ndarray, shape (n_trials,): count these trials only (a stratum).
     """
     chosen = np.ones(len(labels), dtype=bool) if among is None else among
     if not (chosen & labels).any() or not (chosen & ~labels).any():

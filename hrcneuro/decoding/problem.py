@@ -158,7 +158,7 @@ def strata(trials: LabelledTrials, score_table: np.ndarray, *, min_trials: int) 
     The decoders were trained on all training trials: those retrained on matched ones learn from fewer and have less
     power (docs/synthetic.md). A stratum with fewer than ``min_trials`` of a class has NaN.
     """
-    found = []
+    scored = []
     for cue, values in trials.cues.items():
         for value in (False, True):
             among = values == value
@@ -166,18 +166,18 @@ def strata(trials: LabelledTrials, score_table: np.ndarray, *, min_trials: int) 
             n1 = int(np.count_nonzero(among)) - n2
             enough = min(n1, n2) >= min_trials
             bacc = metrics.pooled_bacc(trials.labels, score_table, among) if enough else float("nan")
-            found.append(Stratum(cue, value, n1, n2, bacc))
-    return tuple(found)
+            scored.append(Stratum(cue, value, n1, n2, bacc))
+    return tuple(scored)
 
 
 def label_free(trials: LabelledTrials, plan: Plan) -> dict[str, float]:
     """Return ``CUE_rule_bacc`` and ``CUE_fitted_bacc`` of each cue: what can be decoded without EEG."""
-    found = {}
+    baccs = {}
     for cue, values in trials.cues.items():
-        found[f"{cue}_rule_bacc"] = baselines.rule_bacc(values, trials.labels)
+        baccs[f"{cue}_rule_bacc"] = baselines.rule_bacc(values, trials.labels)
         scores = baselines.fitted_scores(values.astype(int), trials.labels, plan.shuffled)
-        found[f"{cue}_fitted_bacc"] = metrics.fold_rates(trials.labels, plan.shuffled, scores).mean()["bacc"]
-    return found
+        baccs[f"{cue}_fitted_bacc"] = metrics.fold_rates(trials.labels, plan.shuffled, scores).mean()["bacc"]
+    return baccs
 
 
 def permutation_test(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode) -> chance.PermutationTest:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
-STAGES: tuple[str, ...] = ("preprocess", "erp", "ersp", "decode", "simulate", "robot")
-JOINT: tuple[str, ...] = ("quality", "cases", "confound", "moves")
+STAGES = ("preprocess", "erp", "ersp", "decode", "simulate", "robot")
+JOINT = ("quality", "cases", "confound", "moves")
 NAMES = STAGES + JOINT
 
 

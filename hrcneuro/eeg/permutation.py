@@ -56,7 +56,8 @@ def sign_patterns(n: int, rng: np.random.Generator, *, exact_to: int, count: int
 
 def all_signs(n: int) -> Floats:
     """Return every sign pattern of ``n`` subjects, ndarray, shape (2ⁿ, n); the first flips nobody."""
-    return 1.0 - 2.0 * (np.arange(2**n)[:, None] >> np.arange(n) & 1)
+    bits = np.arange(2**n)[:, None] >> np.arange(n) & 1
+    return np.asarray(1.0 - 2.0 * bits, dtype=np.float64)
 
 
 def random_signs(n: int, rng: np.random.Generator, *, count: int) -> Floats:

@@ -13,12 +13,12 @@ from hrcneuro.learning.task import JointTask, taught
 
 
 def answer_probabilities(human: np.ndarray, rates: Rates) -> np.ndarray:
-    """Return the probability of each entry of q to be the next one to grow, shape (2 · subtasks,).
+    """Return the probability of each entry of q to be the next one to grow: ndarray, shape (2 · n_subtasks,).
 
     Subtasks come with equal probability and independently, so the event before was the human's with probability m/n.
 
     Args:
-        human: Which subtasks are the human's, bool, shape (subtasks,).
+        human: ndarray, shape (n_subtasks,), bool: which subtasks are the human's.
         rates: The decoder's four rates.
     """
     share = human.mean()
@@ -29,7 +29,7 @@ def answer_probabilities(human: np.ndarray, rates: Rates) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Step:
-    """Mean and covariance of the change of q in one update, shapes (entries,) and (entries, entries)."""
+    """Mean and covariance of the change of q in one update, shapes (n_entries,) and (n_entries, n_entries)."""
 
     drift: np.ndarray
     covariance: np.ndarray
@@ -39,7 +39,7 @@ def one_update(q: np.ndarray, probabilities: np.ndarray, *, alpha: float, ddof: 
     """Return the exact drift and covariance of one update (Eq 3 and 6): a sum over the entries that may grow.
 
     Args:
-        q: The memory, shape (entries,).
+        q: ndarray, shape (n_entries,): the memory.
         probabilities: Of each entry to grow, same shape.
         alpha: Learning rate.
         ddof: As in Eq 6's SD.
@@ -53,7 +53,7 @@ def one_update(q: np.ndarray, probabilities: np.ndarray, *, alpha: float, ddof: 
 
 
 def expected_curve(task: JointTask, rates: Rates, *, alpha: float, tau: float, ddof: int = 0) -> np.ndarray:
-    """Return the expected choice accuracy after each episode, shape (episodes,), for an assignment that stays.
+    """Return the expected choice accuracy after each episode of an assignment that stays: ndarray, shape (n_episodes,).
 
     Standardising shifts and rescales q, no more: but for that the memory is a sum of independent steps, each α times
     the SD of the sum so far. The closure replaces this SD by its root mean square. Then a subtask's margin is
@@ -68,7 +68,7 @@ def expected_together(
     tasks: Sequence[JointTask], rates: Sequence[Rates], *, alpha: float, tau: float, ddof: int = 0
 ) -> list[np.ndarray]:
     """Return :func:`expected_curve` of each task and decoder, those of one size computed at once."""
-    found: list[np.ndarray] = [np.zeros(0)] * len(tasks)
+    expected: list[np.ndarray] = [np.zeros(0)] * len(tasks)
     sizes: dict[tuple, list[int]] = {}
     for i, task in enumerate(tasks):
         sizes.setdefault((task.subtasks, task.episodes, task.events, task.carry_over), []).append(i)
@@ -78,36 +78,36 @@ def expected_together(
         same = np.ones(len(members))
         curves = expected_curves(tasks[members[0]], human, p, alpha=alpha * same, tau=tau * same, ddof=ddof)
         for i, curve in zip(members, curves, strict=True):
-            found[i] = curve
-    return found
+            expected[i] = curve
+    return expected
 
 
 def expected_curves(
     task: JointTask, human: np.ndarray, p: np.ndarray, *, alpha: np.ndarray, tau: np.ndarray, ddof: int = 0
 ) -> np.ndarray:
-    """Return :func:`expected_curve` for many decoders and parameters at once, shape (cases, episodes).
+    """Return :func:`expected_curve` for many decoders and parameters at once: ndarray, shape (n_cases, n_episodes).
 
     Args:
         task: Gives n, the episodes and which events teach.
-        human: Which subtasks are the human's, bool, shape (cases, subtasks).
-        p: From :func:`answer_probabilities`, shape (cases, 2 · subtasks).
-        alpha, tau: Parameters, shape (cases,).
+        human: ndarray, shape (n_cases, n_subtasks), bool: which subtasks are the human's.
+        p: ndarray, shape (n_cases, 2 · n_subtasks): from :func:`answer_probabilities`.
+        alpha, tau: ndarray, shape (n_cases,): parameters.
         ddof: As in Eq 6's SD.
     """
     sums = _StepSums(p, ddof)
-    found = np.full((len(p), task.episodes), 0.5)
+    accuracy = np.full((len(p), task.episodes), 0.5)
     for episode, useful in enumerate(taught(task).sum(axis=1)):
         for _ in range(int(useful)):
             sums.step(alpha[:, None])
         if sums.started:
-            found[:, episode] = _accuracy(p, human, sums, tau)
-    return found
+            accuracy[:, episode] = _accuracy(p, human, sums, tau)
+    return accuracy
 
 
 class _StepSums:
     """Sums of the steps' sizes and of their squares after the first step, by the entry that the first fell on.
 
-    All arrays have the shape (cases, entries).
+    All arrays have the shape (n_cases, n_entries).
     """
 
     def __init__(self, p: np.ndarray, ddof: int) -> None:

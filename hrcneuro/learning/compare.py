@@ -21,9 +21,9 @@ class Comparison:
     Attributes:
         learners: Names; the first is the reference.
         measures: Names of the measures; ``mean`` is the average over all episodes.
-        values: Choice accuracy, shape (variants, learners, measures, repetitions).
+        values: ndarray, shape (n_variants, n_learners, n_measures, n_repetitions): choice accuracy.
         greedy: The same for the share of subtasks whose better-valued action is correct.
-        curves: Mean choice accuracy, shape (variants, learners, episodes).
+        curves: ndarray, shape (n_variants, n_learners, n_episodes): mean choice accuracy.
     """
 
     learners: tuple[str, ...]
@@ -64,10 +64,10 @@ def compare(
             for block in work:
                 v, n = block.variant, block.draws.repetitions
                 part, into = slice(start, start := start + n), slice(done[v], done[v] + n)
-                for found, store in ((soft, values), (hard, greedy)):
-                    store[v, at, 0, into] = found[:, part].mean(axis=0)
+                for reached, store in ((soft, values), (hard, greedy)):
+                    store[v, at, 0, into] = reached[:, part].mean(axis=0)
                     for i, episode in enumerate(shown, 1):
-                        store[v, at, i, into] = found[episode - 1, part]
+                        store[v, at, i, into] = reached[episode - 1, part]
                 curves[v, at] += soft[:, part].sum(axis=1) / repetitions
                 done[v] += n
     return Comparison(tuple(learners), measures, values, greedy, curves)
@@ -77,11 +77,11 @@ def paired(values: np.ndarray, reference: int = 0) -> tuple[np.ndarray, np.ndarr
     """Return each learner's mean difference from a reference on the same draws, and half its 95 % interval.
 
     Args:
-        values: Shape (variants, learners, measures, repetitions).
+        values: ndarray, shape (n_variants, n_learners, n_measures, n_repetitions).
         reference: Index of the learner to compare with.
 
     Returns:
-        Two arrays of shape (variants, learners, measures).
+        Two arrays of shape (n_variants, n_learners, n_measures).
     """
     difference = values - values[:, reference : reference + 1]
     n = values.shape[-1]

@@ -19,16 +19,16 @@ class Learner(Protocol):
         """Take in one event.
 
         Args:
-            entry: Subtask and predicted actor as a flat index into an array of shape (2 · subtasks, columns) whose
-                first half is the human's, intp, shape (columns,).
-            evidence: Log-odds of human against robot that the decoder gives to this event, shape (columns,).
+            entry: Subtask and predicted actor as a flat index into an array of shape (2 · n_subtasks, n_columns) whose
+                first half is the human's, intp, shape (n_columns,).
+            evidence: ndarray, shape (n_columns,): log-odds of human against robot that the decoder gives to this event.
         """
 
     def end_episode(self) -> None:
         """Take note that an episode has ended."""
 
     def margin(self) -> np.ndarray:
-        """Return how much more the human's action is worth than the robot's, shape (subtasks, columns)."""
+        """Return how much more the human's action is worth than the robot's: ndarray, shape (n_subtasks, n_columns)."""
 
 
 Make = Callable[[int, int], Learner]  # (subtasks, columns) -> a fresh learner
@@ -73,16 +73,16 @@ class PaperLearner:
         """Nothing to do: an episode's end is nothing to this learner."""
 
     def margin(self) -> np.ndarray:
-        """Return q(s, human) − q(s, robot), shape (subtasks, columns)."""
+        """Return q(s, human) − q(s, robot): ndarray, shape (n_subtasks, n_columns)."""
         half = len(self.q) // 2
         return self.q[:half] - self.q[half:]
 
 
 def accuracy(margin: np.ndarray, human: np.ndarray, tau: Number) -> np.ndarray:
-    """Return the mean over subtasks of π(correct action) (Eq 5), shape (columns,).
+    """Return the mean over subtasks of π(correct action) (Eq 5): ndarray, shape (n_columns,).
 
     Args:
-        margin: q(s, human) − q(s, robot), shape (subtasks, columns).
+        margin: ndarray, shape (n_subtasks, n_columns): q(s, human) − q(s, robot).
         human: Which subtasks are the human's, bool, same shape.
         tau: Temperature, one number or one a column.
     """
@@ -92,7 +92,7 @@ def accuracy(margin: np.ndarray, human: np.ndarray, tau: Number) -> np.ndarray:
 
 
 def greedy(margin: np.ndarray, human: np.ndarray) -> np.ndarray:
-    """Return the share of subtasks whose better-valued action is the correct one, ties a half, shape (columns,)."""
+    """Return the share of subtasks whose better-valued action is correct, ties a half: ndarray, shape (n_columns,)."""
     return 0.5 + 0.5 * np.sign(np.where(human, margin, -margin)).mean(axis=0)
 
 
@@ -104,14 +104,14 @@ def learn(
     tau: Number,
     evidence: Sequence[np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return choice accuracy and greedy accuracy after each episode, each of shape (episodes, columns).
+    """Return choice accuracy and greedy accuracy after each episode, each of shape (n_episodes, n_columns).
 
     The columns are the repetitions of the first draws, then those of the second, and so on.
 
     Args:
         make: Returns a fresh learner for so many subtasks and columns.
         draws: Draws whose tasks agree in subtasks, episodes, events and carry-over.
-        predicted: The decoder's answer to each, bool (true: the human), shape (episodes, events, repetitions).
+        predicted: ndarray, shape (n_episodes, n_events, n_repetitions), bool: the decoder's answers, true: human.
         tau: Temperature, one number or one a column.
         evidence: Log-odds of human against robot, same shapes; learners that count decisions alone need none.
     """

@@ -54,7 +54,7 @@ class BayesLearner:
         """Nothing to do: time alone changes no belief."""
 
     def margin(self) -> np.ndarray:
-        """Return the log-odds, shape (subtasks, columns)."""
+        """Return the log-odds: ndarray, shape (n_subtasks, n_columns)."""
         return self.odds
 
 
@@ -120,7 +120,7 @@ class AdaptiveLearner:
             member.end_episode()
 
     def margin(self) -> np.ndarray:
-        """Return the log-odds of the members' mean belief, shape (subtasks, columns)."""
+        """Return the log-odds of the members' mean belief: ndarray, shape (n_subtasks, n_columns)."""
         human = sum(w * expit(m.odds) for w, m in zip(self.weights, self.members, strict=True))
         robot = sum(w * expit(-m.odds) for w, m in zip(self.weights, self.members, strict=True))
         return np.log(np.maximum(human, 1e-300)) - np.log(np.maximum(robot, 1e-300))

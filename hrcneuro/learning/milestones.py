@@ -51,7 +51,7 @@ def minutes(episode: int | None, *, events: int, trial_s: float) -> float:
 
 @dataclass(frozen=True)
 class Relearned:
-    """What a reassignment costs: accuracy at the end of each assignment's term, shape (assignments,).
+    """What a reassignment costs: accuracy at the end of each assignment's term, shape (n_assignments,).
 
     Attributes:
         episode: The term's last episode, counted from 1.

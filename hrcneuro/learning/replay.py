@@ -144,7 +144,7 @@ def calibrated(known: HeldOutTrials, score: np.ndarray) -> np.ndarray:
 
     Args:
         known: Labelled trials.
-        score: Scores to turn into log-odds, shape (trials,).
+        score: ndarray, shape (n_trials,): scores to turn into log-odds.
     """
     no, yes = known.score[known.label == 0], known.score[known.label == 1]
     within = np.concatenate([no - no.mean(), yes - yes.mean()])

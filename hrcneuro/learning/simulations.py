@@ -32,8 +32,8 @@ class Curve:
     """Choice accuracy after each episode over the repetitions.
 
     Attributes:
-        mean, sd: Mean and sample SD, shape (episodes,); the SD of one repetition is nan.
-        greedy: The mean share of subtasks whose better-valued action is correct, shape (episodes,).
+        mean, sd: ndarray, shape (n_episodes,): mean and sample SD; the SD of one repetition is nan.
+        greedy: ndarray, shape (n_episodes,): the mean share of subtasks whose better-valued action is correct.
         n: Number of repetitions.
     """
 
@@ -44,7 +44,7 @@ class Curve:
 
     @property
     def half_width(self) -> np.ndarray:
-        """Half the width of the mean's 95 % Monte-Carlo band, shape (episodes,)."""
+        """Half the width of the mean's 95 % Monte-Carlo band, shape (n_episodes,)."""
         return Z95 * self.sd / np.sqrt(self.n)
 
 

@@ -88,11 +88,11 @@ def run_points(
                 curves.add([i for i, _ in some], _learn([c for _, c in some], kind, store, ddof), keep)
     tasks = [task_of(point, episodes, carry_over=carry_over) for point in points]
     expected = [None] * len(points) if kind is not None else _expected(points, tasks, level, ddof)
-    found = []
+    reached = []
     for i, point in enumerate(points):
         mean, band = curves.of(i)
-        found.append(Reached(point, first_at(mean, level), expected[i], float(mean[-1]), band))
-    return found
+        reached.append(Reached(point, first_at(mean, level), expected[i], float(mean[-1]), band))
+    return reached
 
 
 class _Curves:
@@ -151,7 +151,7 @@ def _learn(points: list[GridPoint], kind: Kind | None, store: _Draws, ddof: int)
 
 
 def _expected(points: Sequence[GridPoint], tasks: Sequence[JointTask], level: float, ddof: int) -> list[int | None]:
-    found: list[int | None] = [None] * len(points)
+    episodes: list[int | None] = [None] * len(points)
     still = [(i, c) for i, c in enumerate(points) if not c.period]
     for _, group in itertools.groupby(still, key=lambda item: (item[1].events, item[1].subtasks)):
         members = list(group)
@@ -164,15 +164,15 @@ def _expected(points: Sequence[GridPoint], tasks: Sequence[JointTask], level: fl
             alpha, tau = (np.array([getattr(c, name) for _, c in some]) for name in ("alpha", "tau"))
             curves = expected_curves(tasks[some[0][0]], human, p, alpha=alpha, tau=tau, ddof=ddof)
             for (i, _), curve in zip(some, curves, strict=True):
-                found[i] = first_at(curve, level)
-    return found
+                episodes[i] = first_at(curve, level)
+    return episodes
 
 
-def columns(found: Sequence[Reached]) -> dict[str, np.ndarray]:
+def columns(reached: Sequence[Reached]) -> dict[str, np.ndarray]:
     """Return the points and what they reached as columns; a level that is not reached is nan."""
-    axes = np.array([astuple(r.point) for r in found], float).reshape(-1, len(AXES)).T
+    axes = np.array([astuple(r.point) for r in reached], float).reshape(-1, len(AXES)).T
     table = dict(zip(AXES, axes, strict=True))
     for name in ("episode", "expected_episode"):
-        values = [getattr(r, name) for r in found]
+        values = [getattr(r, name) for r in reached]
         table[name] = np.array([np.nan if v is None else v for v in values], float)
-    return table | {name: np.array([getattr(r, name) for r in found]) for name in ("final", "final_half_width")}
+    return table | {name: np.array([getattr(r, name) for r in reached]) for name in ("final", "final_half_width")}

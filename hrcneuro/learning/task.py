@@ -40,7 +40,7 @@ class JointTask(TaskParams):
 
     @property
     def segment(self) -> np.ndarray:
-        """Which assignment holds in each episode, shape (episodes,)."""
+        """Which assignment holds in each episode, shape (n_episodes,)."""
         segment = np.arange(self.episodes) // self.period
         return np.minimum(segment, {"never": 0, "once": 1, "every": len(segment)}[self.reassign])
 
@@ -50,9 +50,9 @@ class Draws:
     """All that chance decides, for some repetitions at once.
 
     Attributes:
-        subtask: The subtask of each event, uint8, shape (episodes, events, repetitions).
-        human: Which subtasks are the human's, bool, shape (assignments, subtasks, repetitions).
-        epsilon: Eq 4's draw from U(0, 100), float64, shape (episodes, events, repetitions).
+        subtask: ndarray, shape (n_episodes, n_events, n_repetitions), uint8: the subtask of each event.
+        human: ndarray, shape (n_assignments, n_subtasks, n_repetitions), bool: which subtasks are the human's.
+        epsilon: ndarray, shape (n_episodes, n_events, n_repetitions), float64: Eq 4's draw from U(0, 100).
     """
 
     task: JointTask
@@ -82,7 +82,7 @@ def draw(task: JointTask, repetitions: int, rng: np.random.Generator) -> Draws:
 
 
 def actors(draws: Draws) -> np.ndarray:
-    """Return whether the human acts, bool, shape (episodes, events, repetitions)."""
+    """Return whether the human acts: ndarray, shape (n_episodes, n_events, n_repetitions), bool."""
     # A bit a subtask: one shift beats a gather from the table by a factor of three.
     task = draws.task
     bits = np.uint32(1) << np.arange(task.subtasks, dtype=np.uint32)
@@ -104,7 +104,7 @@ def previous_actors(acting: np.ndarray, *, carry_over: bool) -> np.ndarray:
 
 
 def taught(task: JointTask) -> np.ndarray:
-    """Return which events lead to an update, bool, shape (episodes, events): those with an event before them."""
+    """Return which events lead to an update: ndarray, shape (n_episodes, n_events), bool; an event is before them."""
     has_before = np.ones((task.episodes, task.events), bool)
     has_before[:, 0] = task.carry_over
     has_before[0, 0] = False

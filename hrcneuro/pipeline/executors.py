@@ -1,10 +1,21 @@
-"""Where jobs run: in this process, or in worker processes on this machine. Each has the shape of concurrent.futures."""
+"""Where jobs run: in this process, or in worker processes on this machine. Each has the shape of concurrent.futures.
+
+The worker pool is our own. Held against pebble 5.2 and loky 3.7, which were given all that their public interfaces let
+one add (``benchmarks/bench_pool.py``; docs/benchmarks.md has the figures), it is kept for three reasons:
+
+1. A death costs one job. In loky any worker's death fails every job; in pebble so does one while the worker unpickles
+   its first job, which is when it imports the stages: it dies with a lock that all workers share.
+2. So does an odd answer. In both libraries one exception that cannot be unpickled breaks the pool for all jobs.
+3. An interrupt ends all workers at once, and each removes its job's temporary folder. loky kills them and the folders
+   stay; pebble ends one worker after the other, and each that is deep in a numeric library takes its own 3 s.
+"""
 
 from __future__ import annotations
 
 import concurrent.futures as futures
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import threading
@@ -22,8 +33,8 @@ from hrcneuro.pipeline.item import State
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
 _GRACE_S = 3.0
-# Of a worker: it was told to end.
-_leaving = threading.Event()
+# In a worker: SIGTERM has come, and whatever exception comes out of a job now is due to that.
+_terminated = threading.Event()
 
 
 class Executor(Protocol):
@@ -70,15 +81,16 @@ class Processes:
     def __init__(self, workers: int) -> None:
         # The resource tracker unblocks the interrupt in the thread that starts it; workers started there inherit that.
         resource_tracker.ensure_running()
-        self._threads = futures.ThreadPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
-        self._own = threading.local()
+        # One thread a worker, asleep while its worker works: nothing polls, and no lock is shared between workers.
+        self._threads = futures.ThreadPoolExecutor(workers, initializer=_block_interrupts)
+        self._thread = threading.local()
         self._workers: list[_Worker] = []
         self._lock = threading.Lock()
         self._closed = False
 
     def submit(self, call: Callable[..., Any], /, *args: Any) -> futures.Future:
         """Queue ``call(*args)`` and return its future."""
-        return self._threads.submit(self._do, call, *args)
+        return self._threads.submit(self._run, call, *args)
 
     def __enter__(self) -> Processes:
         return self
@@ -91,22 +103,26 @@ class Processes:
             workers = list(self._workers)
         self._threads.shutdown(wait=False, cancel_futures=True)
         for worker in workers:
-            worker.dismiss() if kind is None else worker.process.terminate()
+            worker.pipe.close() if kind is None else worker.process.terminate()
         deadline = time.monotonic() + _GRACE_S
-        for worker in workers:
-            worker.process.join(max(0.0, deadline - time.monotonic()))
-            worker.process.kill()
-        self._threads.shutdown()
+        try:
+            for worker in workers:
+                worker.process.join(max(0.0, deadline - time.monotonic()))
+        finally:
+            # Also where someone presses Ctrl-C again: they do not want to wait.
+            for worker in workers:
+                worker.process.kill()
+            self._threads.shutdown()
 
-    def _do(self, call: Callable[..., Any], *args: Any) -> Any:
-        worker = getattr(self._own, "worker", None)
+    def _run(self, call: Callable[..., Any], *args: Any) -> Any:
+        worker = getattr(self._thread, "worker", None)
         if worker is None or not worker.process.is_alive():
             with self._lock:
                 if self._closed:
                     raise WorkerDied("the run is over")
-                worker = self._own.worker = _Worker()
+                worker = self._thread.worker = _Worker()
                 self._workers.append(worker)
-        return worker.do(call, args)
+        return worker.run(call, args)
 
 
 class _Worker:
@@ -114,28 +130,30 @@ class _Worker:
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self.pipe, theirs = context.Pipe()
+        self.pipe, far_end = context.Pipe()
         # A daemon: should this process end in an unforeseen way, Python still ends the worker.
-        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self.process = context.Process(target=_work, args=(far_end,), daemon=True)
         self.process.start()
-        # Its death is an end of file here, as nobody else holds that end.
-        theirs.close()
+        # Nobody else holds that end now, so the worker's death is an end of file here.
+        far_end.close()
 
-    def do(self, call: Callable[..., Any], args: tuple) -> Any:
-        """Return ``call(*args)``, computed there."""
+    def run(self, call: Callable[..., Any], args: tuple) -> Any:
+        """Return ``call(*args)``, computed in the worker.
+
+        Raises:
+            WorkerDied: The worker ended before it answered.
+            Exception: What ``call`` raised.
+        """
         try:
             self.pipe.send((call, args))
-            done, value = self.pipe.recv()
+            message = self.pipe.recv_bytes()
         except (EOFError, OSError):
             self.process.join(_GRACE_S)
-            raise WorkerDied(_end(self.process.exitcode)) from None
-        if done:
+            raise WorkerDied(_cause(self.process.exitcode)) from None
+        succeeded, value = pickle.loads(message)
+        if succeeded:
             return value
         raise value
-
-    def dismiss(self) -> None:
-        """Let the worker end: it has nothing more to do."""
-        self.pipe.close()
 
 
 def create(name: str, workers: int) -> Executor:
@@ -176,35 +194,37 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _block_interrupts() -> None:
     # Threads hand their mask on to the processes that they start, from the first instruction: Ctrl-C reaches the
     # whole terminal, and a worker must not die with a half-told story while the parent decides what it means.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
-def _serve(pipe: Connection) -> None:
+def _work(pipe: Connection) -> None:
+    """Run what comes through the pipe until its other end is closed; the life of a worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _end_cleanly)
+    signal.signal(signal.SIGTERM, _exit_once)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
-        _answer(pipe)
+        _answer_all(pipe)
     except Exception:
-        # The exit of a worker told to end comes out of some places as another exception, such as those of an import.
-        if not _leaving.is_set():
+        # Some places make another exception of an exit, such as those that import.
+        if not _terminated.is_set():
             raise
         sys.exit(1)
 
 
-def _answer(pipe: Connection) -> None:
+def _answer_all(pipe: Connection) -> None:
     while True:
         try:
-            call, args = pipe.recv()
+            message = pipe.recv_bytes()
         except (EOFError, OSError):
             return
         try:
+            call, args = pickle.loads(message)
             answer = (True, call(*args))
         except Exception as error:
-            if _leaving.is_set():
+            if _terminated.is_set():
                 raise
             answer = (False, error)
         try:
@@ -216,10 +236,10 @@ def _answer(pipe: Connection) -> None:
             pipe.send((False, RuntimeError(f"the answer cannot travel between processes: {error}")))
 
 
-def _end_cleanly(*_: object) -> None:
+def _exit_once(*_: object) -> None:
     # Unwinding removes the temporary folder; a second signal must not disturb that.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    _leaving.set()
+    _terminated.set()
     sys.exit(1)
 
 
@@ -230,5 +250,7 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _end(code: int | None) -> str:
-    return f"it was ended by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with exit code {code}"
+def _cause(exitcode: int | None) -> str:
+    if exitcode and exitcode < 0:
+        return f"it was ended by {signal.Signals(-exitcode).name}"
+    return f"it ended with exit code {exitcode}"

@@ -9,7 +9,7 @@ import pytest
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings, Shared, Study
-from hrcneuro.contract import Drawing, Drawings, Of, Parts, Read, Stage, Work, option
+from hrcneuro.contract import Caption, Drawing, Drawings, Of, Parts, Read, Stage, Work, option
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline import graph, walk
 from hrcneuro.pipeline.executors import Serial
@@ -24,7 +24,7 @@ class Config:
 
 
 def toy(name, **parts):
-    return Stage(name, Config, (), lambda config: [], **parts)
+    return Stage(name, name.title(), Config, (), lambda config: [], **parts)
 
 
 class House:
@@ -42,9 +42,9 @@ class House:
         }
 
     def draws(self, name):
-        own = Drawing({"y.png": "y"}, (Read("scale", ("y.txt",)),), ("scale.colour",), self.draw)
+        own = Drawing({"y.png": Caption("y")}, (Read("scale", ("y.txt",)),), ("scale.colour",), self.draw)
         whole = (Read("total", ("z.txt",), Of.GROUP), Read("scale", ("y.txt",), Of.INCLUDED, required=False))
-        joint = Drawing({"joint.png": "all"}, whole, ("total.colour",), self.draw_joint)
+        joint = Drawing({"joint.png": Caption("all")}, whole, ("total.colour",), self.draw_joint)
         return {
             "scale": Drawings("scale", self.libraries, subject=own),
             "joint": Drawings("joint", self.libraries, group=joint),
@@ -416,6 +416,8 @@ def test_a_drawing_reads_no_option_that_it_does_not_name(house, workdir):
         (out / "y.png").write_text(config.scale.gain)
 
     reads = (Read("scale", ("y.txt",)),)
-    house.draws = lambda name: Drawings("scale", (), subject=Drawing({"y.png": "y"}, reads, ("scale.colour",), draw))
+    house.draws = lambda name: Drawings(
+        "scale", (), subject=Drawing({"y.png": Caption("y")}, reads, ("scale.colour",), draw)
+    )
     items = {i.stage: i for i in bring(settings(), workdir, "a", names=("scale",), pictures=True)}
     assert "has no attribute 'gain'" in items["scale.figures"].error.problem

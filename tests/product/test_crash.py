@@ -137,7 +137,8 @@ def test_two_runs_at_once_share_the_work_and_both_succeed(start, tiny):
     ]
     ends = [process.communicate(timeout=240) for process in both]
     assert [process.returncode for process in both] == [0, 0], ends
-    computed = [f"{i['stage']} {i['unit']}" for out, _ in ends for i in json.loads(out)["items"] if i["state"] == "ran"]
-    assert sorted(computed) == sorted(set(computed))
-    assert len(computed) == 7
+    items = [item for out, _ in ends for item in json.loads(out)["items"]]
+    computed = [(item["stage"], item["unit"]) for item in items if item["state"] == "ran"]
+    assert sorted(computed) == sorted({(item["stage"], item["unit"]) for item in items})
+    assert len([stage for stage, _ in computed if not stage.endswith(".figures")]) == 7
     assert half_written(tiny) == []
