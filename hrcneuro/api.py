@@ -38,10 +38,10 @@ class Study:
     @property
     def stages(self) -> dict[str, tuple[str, ...]]:
         """Stage -> the units of which it has run."""
-        found: dict[str, list[str]] = {}
+        units: dict[str, list[str]] = {}
         for stage, unit, _ in sorted(self.workdir.keys()):
-            found.setdefault(stage, []).append(unit)
-        return {stage: tuple(units) for stage, units in found.items()}
+            units.setdefault(stage, []).append(unit)
+        return {stage: tuple(names) for stage, names in units.items()}
 
     def raw(self, subject: str) -> mne.io.BaseRaw:
         """Return the recording as acquired: EEG and EOG, not loaded into memory (channels × samples, volts)."""

@@ -80,11 +80,11 @@ def plain(value: Any) -> Any:
 
 def chosen(sections: Mapping[str, Any], names: tuple[str, ...]) -> SimpleNamespace:
     """Return the named options, ``"erp.channel"`` as ``.erp.channel``; any other one is not there to be read."""
-    found: dict[str, dict[str, Any]] = {}
+    options: dict[str, dict[str, Any]] = {}
     for name in names:
         section, _, key = name.partition(".")
-        found.setdefault(section, {})[key] = getattr(sections[section], key)
-    return SimpleNamespace(**{section: SimpleNamespace(**values) for section, values in found.items()})
+        options.setdefault(section, {})[key] = getattr(sections[section], key)
+    return SimpleNamespace(**{section: SimpleNamespace(**values) for section, values in options.items()})
 
 
 class Of(enum.Enum):

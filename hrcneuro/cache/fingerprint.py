@@ -81,16 +81,16 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
     package = root.name
     # What was read by another reader (this file, or Python's grammar) is no memory of what this one would find.
     kind = f"code {file_digest(Path(__file__))[:8]} {sys.version_info[0]}.{sys.version_info[1]}"
-    found: dict[str, str] = {}
+    hashes: dict[str, str] = {}
     todo = [module]
     while todo:
         name = todo.pop()
         path = _module_path(name, root)
-        if name in found or path is None:
+        if name in hashes or path is None:
             continue
-        found[name], imports = memo.get(kind, path, lambda p, name=name: read_code(p, name, package))
+        hashes[name], imports = memo.get(kind, path, lambda p, name=name: read_code(p, name, package))
         todo += imports
-    return dict(sorted(found.items()))
+    return dict(sorted(hashes.items()))
 
 
 def read_code(path: Path, name: str, package: str) -> tuple[str, list[str]]:

@@ -14,12 +14,12 @@ def causes(old: Mapping[str, Any] | None, new: Mapping[str, Any], *, prefix: str
     """
     if old is None:
         return ["never run"]
-    found = [f"params: {line}" for line in _changes(old.get("params", {}), new["params"], prefix)]
-    found += [f"inputs: {line}" for line in _names(old.get("inputs", {}), new["inputs"])]
-    found += [f"sources: {line}" for line in _names(old.get("sources", {}), new.get("sources", {}))]
-    found += [f"code: {line}" for line in _names(old.get("code", {}), new["code"])]
-    found += [f"libs: {line}" for line in _changes(old.get("libs", {}), new["libs"])]
-    return found
+    lines = [f"params: {line}" for line in _changes(old.get("params", {}), new["params"], prefix)]
+    lines += [f"inputs: {line}" for line in _names(old.get("inputs", {}), new["inputs"])]
+    lines += [f"sources: {line}" for line in _names(old.get("sources", {}), new.get("sources", {}))]
+    lines += [f"code: {line}" for line in _names(old.get("code", {}), new["code"])]
+    lines += [f"libs: {line}" for line in _changes(old.get("libs", {}), new["libs"])]
+    return lines
 
 
 def _changes(old: Mapping[str, Any], new: Mapping[str, Any], prefix: str = "") -> list[str]:

@@ -34,10 +34,10 @@ def settings(options: Options, extra: Path | None = None) -> Settings:
 
 def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
     """Bring a stage, and what it stands on, up to date."""
-    found = settings(options)
-    wanted = graph.targets(found, [name], subjects or ())
-    with logged(name, options, found) as log:
-        items = bring(options, found, wanted, log)
+    study = settings(options)
+    wanted = graph.targets(study, [name], subjects or ())
+    with logged(name, options, study) as log:
+        items = bring(options, study, wanted, log)
         code = console(options).finish(name, items)
         log.end(items, code)
     return code

@@ -39,7 +39,7 @@ def _configured(ctx: typer.Context) -> tuple[str, ...]:
     # Only the one table is read: a mistake elsewhere in the file must not keep TAB from working.
     import tomllib
 
-    from hrcneuro.config.settings import Study
+    from hrcneuro.config.settings import StudyOptions
 
     given: Any = ctx.params.get("config")
     path = Path(given) if given else Path("hrcneuro.toml")
@@ -47,4 +47,4 @@ def _configured(ctx: typer.Context) -> tuple[str, ...]:
         names = tomllib.loads(path.read_text(encoding="utf-8"))["study"]["subjects"]
         return tuple(str(name) for name in names)
     except (OSError, ValueError, KeyError, TypeError):
-        return Study().subjects
+        return StudyOptions().subjects

@@ -115,7 +115,7 @@ class Console:
     def fail(self, command: str, error: HrcError) -> None:
         """Say that a command could not even start."""
         if self.as_json:
-            print(json.dumps({"command": command, "ok": False, "error": _told(error), "items": []}, indent=1))
+            print(json.dumps({"command": command, "ok": False, "error": _error(error), "items": []}, indent=1))
         self.error(error)
 
     def status(self, items: Iterable[Item]) -> None:
@@ -146,8 +146,8 @@ class Console:
         items = list(items)
         failed = [item for item in items if item.state is State.FAILED]
         if self.as_json:
-            told = document(command, items)
-            print(json.dumps(told if also is None else {**told, "ok": False, "error": _told(also)}, indent=1))
+            printed = document(command, items)
+            print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
         alike: dict[tuple[str, str], list[Item]] = {}
         for item in failed:
             alike.setdefault((item.stage, str(item.error)), []).append(item)
@@ -176,7 +176,7 @@ def document(command: str, items: Iterable[Item]) -> dict[str, Any]:
             "seconds": item.seconds,
             "artifacts": item.artifacts,
             "summary": item.summary,
-            **({"error": _told(item.error)} if item.error else {}),
+            **({"error": _error(item.error)} if item.error else {}),
         }
         for item in items
     ]
@@ -199,7 +199,7 @@ def _freshness(cells: Mapping[tuple[str, str], Item], unit: str, stage: str) -> 
     return words.get(item.state, f"[dim]{item.state}[/]")
 
 
-def _told(error: HrcError) -> dict[str, str]:
+def _error(error: HrcError) -> dict[str, str]:
     return {"problem": error.problem, "cure": error.cure}
 
 

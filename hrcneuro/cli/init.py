@@ -139,12 +139,12 @@ def _tables(name: str) -> Iterator[str]:
     import dataclasses
 
     from hrcneuro import stages
-    from hrcneuro.config.settings import Study
+    from hrcneuro.config.settings import StudyOptions
     from hrcneuro.config.text import option_line
 
     for table, values in _FIRST.items():
         section, _, inner = table.partition(".")
-        config = Study() if section == "study" else stages.load(section).config()
+        config = StudyOptions() if section == "study" else stages.load(section).config()
         config = getattr(config, inner) if inner else config
         fields = {f.name: f for f in dataclasses.fields(config)}
         yield f"[{table}]"

@@ -69,7 +69,7 @@ def path(
     from hrcneuro.pipeline import graph
     from hrcneuro.pipeline.workdir import Workdir
 
-    graph.check_stage(stage)
+    graph.check_stage(stage, joint=True)
     place = str(Workdir(options.workdir).artifact(stage, unit, file))
     print(json.dumps({"command": "path", "ok": True, "path": place}, indent=1) if options.json else place)
     return 0

@@ -21,21 +21,21 @@ def warnings(settings: Any) -> list[str]:
     """Return what is allowed but worth knowing."""
     sections = settings.sections
     gap = sections["acquire"].timing.soa_min_s
-    found = []
+    notes = []
     if settings.study.split == "scenario" and settings.shared.problems:
         end = sections["decode"].mean_window_s[1]
         if end > gap:
-            found.append(
+            notes.append(
                 f"decode.mean_window_s ends at {end:g} s, past the shortest gap of {gap:g} s between onsets: "
                 "what follows a trial leaks into it, as in the paper; [0.0, 0.6] avoids that"
             )
     known = set(settings.study.subjects)
-    found += [
+    notes += [
         f"study.exclude names {s!r}{did_you_mean(s, known)}, who is not in study.subjects"
         for s in settings.study.exclude
         if s not in known
     ]
-    return found
+    return notes
 
 
 def _subjects(settings: Any) -> Iterator[str]:

@@ -46,9 +46,9 @@ def read_pipeline(path: Path) -> Pipeline:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
         raise ConfigError(f"{path} cannot be read as TOML: {error}", cure="correct the line named") from error
     reader = Reader(str(path), path.parent)
-    found, _ = reader.record(_File(), values, "pipeline")
+    file, _ = reader.record(_File(), values, "pipeline")
     if reader.mistakes:
         allowed = ", ".join(f.name for f in fields(_File))
         raise ConfigError("\n".join(reader.mistakes), cure=f"a pipeline file has the keys: {allowed}")
-    values = {f.name: getattr(found, f.name) for f in fields(_File)}
-    return replace(Pipeline(**values), config=path.parent / found.config if found.config else None)
+    values = {f.name: getattr(file, f.name) for f in fields(_File)}
+    return replace(Pipeline(**values), config=path.parent / file.config if file.config else None)

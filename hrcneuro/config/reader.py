@@ -40,9 +40,9 @@ class Reader:
                 origins |= inner
                 continue
             before = len(self.mistakes)
-            found = self.value(value, hints[key], name, fields[key].metadata)
+            accepted = self.value(value, hints[key], name, fields[key].metadata)
             if len(self.mistakes) == before:
-                changes[key], origins[name] = found, self.source
+                changes[key], origins[name] = accepted, self.source
         return dataclasses.replace(base, **changes), origins
 
     def unknown(self, name: str, key: str, own: set[str], shared: Any) -> None:

@@ -17,7 +17,7 @@ from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
 
 
 @dataclass(frozen=True)
-class Study:
+class StudyOptions:
     """Who took part, and how the study is divided."""
 
     name: str = option("ehrlich2023", "name of the study, for the report")
@@ -41,7 +41,7 @@ class Shared:
 class Settings:
     """The effective configuration, and where each value came from."""
 
-    study: Study
+    study: StudyOptions
     shared: Shared
     sections: Mapping[str, Any]
     origins: Mapping[str, str] = field(default_factory=dict)
@@ -69,7 +69,7 @@ def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: P
     setter = Reader("--set", folder, from_text=True)
     layers.append((setter, _read_assignments(assignments, setter)))
 
-    parts: dict[str, Any] = {"study": Study(), "shared": Shared()}
+    parts: dict[str, Any] = {"study": StudyOptions(), "shared": Shared()}
     parts |= {name: stages.load(name).config() for name in stages.NAMES}
     origins: dict[str, str] = {}
     for reader, values in layers:
@@ -98,11 +98,11 @@ def _apply(reader: Reader, values: Mapping[str, Any], parts: dict[str, Any], ori
         elif not isinstance(table, Mapping):
             reader.mistakes.append(f"{reader.source}: {name} = {table!r} is no table; write [{name}]")
         elif name in tables:
-            parts["shared"], found = reader.record(parts["shared"], {name: table}, "")
-            origins |= {key.lstrip("."): source for key, source in found.items()}
+            parts["shared"], given = reader.record(parts["shared"], {name: table}, "")
+            origins |= {key.lstrip("."): source for key, source in given.items()}
         else:
-            parts[name], found = reader.record(parts[name], table, name)
-            origins |= found
+            parts[name], given = reader.record(parts[name], table, name)
+            origins |= given
 
 
 def _fill(parts: dict[str, Any], origins: dict[str, str]) -> Settings:

@@ -28,8 +28,8 @@ def render(settings: Settings, section: str = "", *, as_json: bool = False, orig
     chosen = {section: parts[section]} if section else parts
     if as_json:
         return json.dumps({"config": {k: _full(v) for k, v in chosen.items()}, "origins": settings.origins}, indent=1)
-    told = settings.origins if origins else None
-    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, told)).strip()
+    shown = settings.origins if origins else None
+    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, shown)).strip()
 
 
 def toml_value(value: Any) -> str:

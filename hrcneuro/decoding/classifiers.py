@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -22,7 +23,7 @@ from hrcneuro.decoding.scheme import SHRINKAGE
 _EMPTY = 1e-10
 
 
-class _TwoClassLinear(ClassifierMixin, BaseEstimator):
+class _TwoClassLinear(ClassifierMixin, BaseEstimator, ABC):
     """y = sign(wᵀx + b) for two classes; subclasses say how w and b are found."""
 
     def fit(self, X: np.ndarray, y: np.ndarray) -> _TwoClassLinear:
@@ -58,8 +59,9 @@ class _TwoClassLinear(ClassifierMixin, BaseEstimator):
         check_is_fitted(self)
         return self.classes_[(self.decision_function(X) > 0).astype(int)]
 
+    @abstractmethod
     def _solve(self, rows: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, float]:
-        raise NotImplementedError
+        """Return weights, ndarray, shape (n_features,), and bias; ``labels`` are True where the second class is."""
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

@@ -24,7 +24,7 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> None:
     if options.overlap == "regress":
         bands = "overlap of responses regressed out, which leaves no standard error"
     row = waves.channels.index(channel)
-    shown = erp_panels.Shown(waves.times, row, waves.gap_s, options.map_times_s, options.confidence)
+    shown = erp_panels.PanelSettings(waves.times, row, waves.gap_s, options.map_times_s, options.confidence)
     figures.draw(
         erp_panels.of_subject(waves.counts, waves.means, waves.errors, options.contrasts, shown),
         waves.times,
@@ -62,7 +62,7 @@ def _draw(
     waves = read_contrast_waves(table, channel)
     contrasts = [erp_panels.GroupPanel(*key, *tested.conditions[key], tested.maps[key], waves[key]) for key in keys]
     row = first.channels.index(channel)
-    shown = erp_panels.Shown(first.times, row, tested.gap_s, options.map_times_s, options.confidence)
+    shown = erp_panels.PanelSettings(first.times, row, tested.gap_s, options.map_times_s, options.confidence)
     test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects)
     figures.draw(
         erp_panels.of_group(contrasts, shown),

@@ -20,7 +20,7 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> None:
 
     subject = read_magnitudes(files.path("ersp", "ersp.parquet"))
     channels, missing = notes.shown_channels(config.ersp.channels, subject.axes["channel"])
-    shown = figures.Shown(channels, subject.axes["frequency_hz"], subject.axes["times"], subject.gap_s)
+    shown = figures.MapSettings(channels, subject.axes["frequency_hz"], subject.axes["times"], subject.gap_s)
     rows, unit = figures.of_subject(subject.on_channels(channels), config.ersp.contrasts)
     what = "differences of mean magnitudes" if unit == "µV" else "mean magnitude over its mean in time"
     note = "; ".join([files.unit, what, *missing])
@@ -46,7 +46,7 @@ def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], pictu
         return
     first, options = tested.maps[keys[0]], config.ersp
     channels, missing = notes.shown_channels(options.channels, first.channels)
-    shown = figures.Shown(channels, first.frequencies, first.times, tested.gap_s)
+    shown = figures.MapSettings(channels, first.frequencies, first.times, tested.gap_s)
     rows = figures.of_group({key: tested.maps[key].of_channels(channels) for key in keys})
     test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects)
     if any(tested.maps[key].tested for key in keys):

@@ -25,7 +25,7 @@ _APART_S = 0.08
 
 
 @dataclass(frozen=True)
-class Shown:
+class PanelSettings:
     """What all panels share.
 
     Attributes:
@@ -48,7 +48,7 @@ def of_subject(
     means: Mapping[str, Floats],
     errors: Mapping[str, Floats],
     contrasts: Mapping[str, Sequence[str]],
-    shown: Shown,
+    shown: PanelSettings,
 ) -> list[Panel]:
     """Return a panel a contrast over all scenarios; without contrast, or with few conditions, a panel a condition too.
 
@@ -107,7 +107,7 @@ class GroupPanel:
     waves: ContrastWaves
 
 
-def of_group(contrasts: Sequence[GroupPanel], shown: Shown) -> list[Panel]:
+def of_group(contrasts: Sequence[GroupPanel], shown: PanelSettings) -> list[Panel]:
     """Return a panel a tested contrast."""
     hues = colours([one.plus for one in contrasts])
     panels = []
@@ -130,7 +130,9 @@ def of_group(contrasts: Sequence[GroupPanel], shown: Shown) -> list[Panel]:
     return panels
 
 
-def _maps(values: Floats, significant: NDArray[np.bool_] | None, shown: Shown, stop_s: float) -> list[Topography]:
+def _maps(
+    values: Floats, significant: NDArray[np.bool_] | None, shown: PanelSettings, stop_s: float
+) -> list[Topography]:
     """Return maps at the wanted times, else where the map is most pronounced up to ``stop_s`` (the end if NaN)."""
     times, wanted = shown.times, shown.map_times_s
     if not wanted:

@@ -43,7 +43,7 @@ class MapRow:
 
 
 @dataclass(frozen=True)
-class Shown:
+class MapSettings:
     """What all maps share.
 
     Attributes:
@@ -93,7 +93,7 @@ def of_group(tested: Mapping[Key, SignificanceMap]) -> list[MapRow]:
     ]
 
 
-def draw(rows: Sequence[MapRow], shown: Shown, path: Path, *, unit: str, note: str) -> None:
+def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, note: str) -> None:
     """Write rows of maps as one picture.
 
     Args:

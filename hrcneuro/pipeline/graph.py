@@ -71,8 +71,8 @@ def needs(settings: Settings, task: Task) -> Needs:
     if task.unit in parts:
         return {}
     work = stage.group if task.unit == GROUP else stage.subject
-    found = _resolved(settings, work.needed(config), task.unit) if work else {}
-    return found | {Task.of(task.name, part): Need(("*",)) for part in parts if task.unit == GROUP}
+    read = _resolved(settings, work.needed(config), task.unit) if work else {}
+    return read | {Task.of(task.name, part): Need(("*",)) for part in parts if task.unit == GROUP}
 
 
 def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -> list[Task]:
@@ -111,15 +111,15 @@ def _unpadded(name: str) -> str:
     return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
 
 
-def check_stage(name: str) -> None:
-    """Refuse a name that is no stage.
+def check_stage(name: str, *, joint: bool = False) -> None:
+    """Refuse a name that is no stage; ``joint`` allows those of pictures that join stages, too.
 
     Raises:
         ConfigError: With the nearest spelling.
     """
-    if name not in stages.NAMES:
-        hint = did_you_mean(name, stages.NAMES)
-        raise ConfigError(f"unknown stage {name!r}{hint}", cure=f"stages: {', '.join(stages.NAMES)}")
+    known = (*stages.NAMES, *(drawings.JOINT if joint else ()))
+    if name not in known:
+        raise ConfigError(f"unknown stage {name!r}{did_you_mean(name, known)}", cure=f"stages: {', '.join(known)}")
 
 
 def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, Needs]:
@@ -142,23 +142,23 @@ def pictures(settings: Settings, graph: Graph, *, joint: bool) -> dict[Task, Nee
         graph: Tasks that compute numbers.
         joint: Whether those that join stages are wanted, too.
     """
-    graph_of: dict[Task, Needs] = {}
+    drawable: dict[Task, Needs] = {}
     for name in drawings.NAMES if joint else drawings.STAGES:
         drawn = drawings.load(name)
         if drawn.subject:
             for task in graph:
                 if task.name == name and task.unit != GROUP and not _is_part(settings, task):
-                    _allow(graph_of, Task.drawing(name, task.unit), drawn.subject, settings, graph)
+                    _allow(drawable, Task.drawing(name, task.unit), drawn.subject, settings, graph)
         if drawn.group:
-            _allow(graph_of, Task.drawing(name, GROUP), drawn.group, settings, graph)
-    return graph_of
+            _allow(drawable, Task.drawing(name, GROUP), drawn.group, settings, graph)
+    return drawable
 
 
-def _allow(found: dict[Task, Needs], task: Task, drawing: Drawing, settings: Settings, graph: Graph) -> None:
+def _allow(allowed: dict[Task, Needs], task: Task, drawing: Drawing, settings: Settings, graph: Graph) -> None:
     wanted = _resolved(settings, drawing.reads, task.unit)
     here = {source: need for source, need in wanted.items() if source in graph}
     if here and all(source in graph for source, need in wanted.items() if need.required):
-        found[task] = here
+        allowed[task] = here
 
 
 def _is_part(settings: Settings, task: Task) -> bool:
@@ -173,10 +173,10 @@ def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
         Of.INCLUDED: settings.included,
         Of.EVERYONE: settings.study.subjects,
     }
-    found: dict[Task, Need] = {}
+    merged: dict[Task, Need] = {}
     for read in reads:
         for one in units[read.of]:
             task = Task.of(read.stage, one)
-            before = found.get(task, Need((), False))
-            found[task] = Need((*before.files, *read.files), before.required or read.required)
-    return found
+            before = merged.get(task, Need((), False))
+            merged[task] = Need((*before.files, *read.files), before.required or read.required)
+    return merged

@@ -134,8 +134,8 @@ class Run:
 
     def _sources(self, node: Node) -> list[tuple[Node, Need]]:
         """Return what a task reads of: all that it stands on, without what it can do without and is not there."""
-        found = [(self.nodes[task], need) for task, need in node.needs.items()]
-        return [(source, need) for source, need in found if need.required or source.item.state.done]
+        sources = [(self.nodes[task], need) for task, need in node.needs.items()]
+        return [(source, need) for source, need in sources if need.required or source.item.state.done]
 
     def _prepare(self, node: Node, *, force: bool, dry: bool = False) -> None:
         """Decide a task whose upstream is settled; it stays waiting where it must run."""

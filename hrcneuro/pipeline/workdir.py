@@ -61,12 +61,12 @@ class Workdir:
 
     def keys(self) -> set[tuple[str, str, str]]:
         """Return (stage, unit, key) of every pointer."""
-        found = set()
+        entries = set()
         for path in sorted(self.results.glob("*/*.json")):
             key = self.pointer(path.stem, path.parent.name)
             if key:
-                found.add((path.stem, path.parent.name, key))
-        return found
+                entries.add((path.stem, path.parent.name, key))
+        return entries
 
     def artifact(self, stage: str, unit: str, name: str = "") -> Path:
         """Return where a unit's entry, or one file or picture of it, lies.
@@ -74,10 +74,13 @@ class Workdir:
         Raises:
             DataError: The unit has not run, its entry is gone, or it has no such file.
         """
+        if not self.pointer(stage, unit) and self.pointer(stage + FIGURES, unit):
+            # Pictures that join stages are of none.
+            stage += FIGURES
         folder, names = self._entry(stage, unit)
         if not name:
             return folder
-        if name not in names and self.pointer(stage + FIGURES, unit):
+        if name not in names and not stage.endswith(FIGURES) and self.pointer(stage + FIGURES, unit):
             pictures, drawn = self._entry(stage + FIGURES, unit)
             if name in drawn:
                 return pictures / name
@@ -104,7 +107,7 @@ class Workdir:
     def _read(self, stage: str, unit: str) -> dict[str, Any]:
         # A pointer only says what was current: one that cannot be read is as good as none.
         try:
-            found = json.loads(self._pointer_path(stage, unit).read_text(encoding="utf-8"))
+            content = json.loads(self._pointer_path(stage, unit).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
-        return found if isinstance(found, dict) else {}
+        return content if isinstance(content, dict) else {}

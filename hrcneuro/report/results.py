@@ -56,8 +56,8 @@ class Results:
     def path(self, stage: str, unit: str, name: str) -> Path | None:
         """Return where an artifact lies, or None."""
         item = self.done.get((stage, unit))
-        found = item.artifacts.get(name) if item else None
-        return Path(found) if found else None
+        place = item.artifacts.get(name) if item else None
+        return Path(place) if place else None
 
     def table(self, stage: str, unit: str, name: str) -> Any:
         """Return a Parquet artifact as a data frame, or None where it does not exist."""
@@ -68,8 +68,8 @@ class Results:
 
     def tables(self, stage: str, name: str) -> dict[str, Any]:
         """Return subject -> table, of the subjects that enter the analyses and have it."""
-        found = {unit: self.table(stage, unit, name) for unit in self.included(stage)}
-        return {unit: table for unit, table in found.items() if table is not None}
+        tables = {unit: self.table(stage, unit, name) for unit in self.included(stage)}
+        return {unit: table for unit, table in tables.items() if table is not None}
 
     def maps(self, stage: str) -> Mapping[tuple[str, str], SignificanceMap]:
         """Return (scenario, contrast) -> the group's tested map of erp or ersp; read once."""
@@ -95,14 +95,14 @@ class Results:
         if name not in drawings.NAMES:
             return []
         drawn = drawings.load(name)
-        found = []
+        figures = []
         for item in sorted(self.drawn, key=lambda i: (i.unit != GROUP, i.unit)):
             drawing = drawn.group if item.unit == GROUP else drawn.subject
             if item.stage == name + FIGURES and drawing:
                 for file, caption in drawing.captions.items():
                     if file in item.artifacts:
-                        found.append(Figure(name, item.unit, Path(item.artifacts[file]), caption.text, caption.title))
-        return found
+                        figures.append(Figure(name, item.unit, Path(item.artifacts[file]), caption.text, caption.title))
+        return figures
 
     @property
     def same_logs(self) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
-from hrcneuro.config.settings import Settings, Shared, Study
+from hrcneuro.config.settings import Settings, Shared, StudyOptions
 from hrcneuro.contract import Caption, Drawing, Drawings, Of, Parts, Read, Stage, Work, option
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline import graph, walk
@@ -109,7 +109,7 @@ def workdir(tmp_path):
 
 def settings(subjects=("a", "b"), exclude=(), **gains):
     sections = {name: Config(gain=gains.get(name, 1)) for name in ("source", "scale", "total", "long")}
-    return Settings(Study(subjects=subjects, exclude=exclude), Shared(), sections)
+    return Settings(StudyOptions(subjects=subjects, exclude=exclude), Shared(), sections)
 
 
 def study(found, workdir, *subjects, names=("total",), pictures=False, joint=False, verify=False):
