@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hrcneuro.contract import GROUP
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
@@ -76,11 +77,11 @@ def _counts(results: Results) -> Values:
 
 
 def _decoding(results: Results) -> Values:
-    table2, subjects = (results.table("decode", "group", f"{n}.parquet") for n in ("table2", "subjects"))
-    tests = results.table("decode", "group", "group_tests.parquet")
+    table2, subjects = (results.table("decode", GROUP, f"{n}.parquet") for n in ("table2", "subjects"))
+    tests = results.table("decode", GROUP, "group_tests.parquet")
     if table2 is None or subjects is None or tests is None or table2.empty:
         return {}
-    compared = results.table("decode", "group", "compared.parquet")
+    compared = results.table("decode", GROUP, "compared.parquet")
     names = list(dict.fromkeys(subjects["decoder"]))
     decoders = []
     for name in names:
@@ -185,7 +186,7 @@ def _p(value: float | None) -> str:
 
 
 def _milestones(results: Results) -> Values:
-    reached = results.table("simulate", "group", "milestones.parquet")
+    reached = results.table("simulate", GROUP, "milestones.parquet")
     if reached is None:
         return {}
     rows: list[list[Cell]] = []

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hrcneuro import published
+from hrcneuro.contract import GROUP
 from hrcneuro.published import Printed
 from hrcneuro.report import facts, measured_brain, measured_learning, measured_moves
 from hrcneuro.report.parameters import PARAMETERS, SETUP, fill
@@ -140,4 +141,4 @@ def rows(results: Results) -> list[PublishedRow]:
 
 def _ran(results: Results, stage: str) -> bool:
     """Return whether a stage has left what its results are measured on."""
-    return (stage, "group") in results.done if stage in _GROUP else bool(results.included(stage))
+    return (stage, GROUP) in results.done if stage in _GROUP else bool(results.included(stage))

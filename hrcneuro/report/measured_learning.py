@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro import published
+from hrcneuro.contract import GROUP
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured
 
@@ -19,7 +20,7 @@ _EARLY, _LATE = 5, 100
 
 def measure(results: Results) -> dict[str, Measured]:
     """Return the key of a claim -> what this run has on it."""
-    curves = results.table("simulate", "group", "curves.parquet")
+    curves = results.table("simulate", GROUP, "curves.parquet")
     if curves is None or curves.empty:
         return {}
     measured = {**_first(curves), **_second(curves), **_third(results), **_fourth(curves), **_minutes()}
@@ -85,7 +86,7 @@ def _second(curves: pd.DataFrame) -> dict[str, Measured]:
 
 
 def _third(results: Results) -> dict[str, Measured]:
-    table = results.table("simulate", "group", "relearning.parquet")
+    table = results.table("simulate", GROUP, "relearning.parquet")
     if table is None:
         return {}
     table = table[(table["variant"] == "emp") & (table["assignment"] > 1)]

@@ -91,7 +91,7 @@ def arm(surroundings, workspace):
 
     def start(fault=""):
         angles = ",".join(map(str, workspace.home().tolist()))
-        script = Path(__file__).with_name("ros_arm.py")
+        script = Path(__file__).parents[1] / "helpers" / "ros_arm.py"
         running.append(
             subprocess.Popen([PYTHON, script, f" {angles}", fault], env=surroundings, stdout=subprocess.PIPE, text=True)
         )

@@ -1,34 +1,21 @@
 """Artifacts of small studies, from which pictures are drawn."""
 
-import importlib.util
-from pathlib import Path
-
+import epoch_factory
 import pytest
 
 from hrcneuro import drawings
 from hrcneuro.contract import Inputs, chosen
 
-_FACTORY = Path(__file__).parents[1] / "stages" / "epoch_factory.py"
-
 
 @pytest.fixture(scope="session")
-def factory():
-    """Return the module that writes epochs, as the tests of the stages have them."""
-    spec = importlib.util.spec_from_file_location("epoch_factory", _FACTORY)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="session")
-def study(factory):
+def study():
     """Return a function that runs erp or ersp on subjects and on the group, and returns unit -> folder."""
 
     def run(folder, stage, config, n_subjects, **options):
         folders = {}
         for i in range(n_subjects):
             unit = f"s{i + 1:02d}"
-            factory.write_subject(folder / "epoch" / unit, unit, **{"seed": i, **options})
+            epoch_factory.write_subject(folder / "epoch" / unit, unit, **{"seed": i, **options})
             folders[unit] = folder / stage.STAGE.name / unit
             folders[unit].mkdir(parents=True)
             stage.run(config, Inputs.of(unit, epoch=folder / "epoch" / unit), folders[unit])

@@ -15,6 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
 from tiny_study import ROOT, alive, artifacts, half_written, kill_group, wait_for
 
 COMMAND = [sys.executable, "-m", "hrcneuro"]

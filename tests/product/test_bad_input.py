@@ -1,11 +1,11 @@
 """Bad input from the command line: one message with a cure, the right exit code, and the other subjects go on."""
 
-import importlib.util
 import json
 import re
 import shutil
 from pathlib import Path
 
+import foreign
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,17 +17,6 @@ SFREQ = 128.0
 LFS = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 89000000\n"
 
 
-def _writers():
-    path = Path(__file__).parents[1] / "sources" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("writers_of_recordings", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-WRITERS = _writers()
-
-
 def moves(seed):
     params = SessionParams(practice_episodes=1, blocks=2, episodes_per_block=2)
     return simulate_session(params, rng=np.random.default_rng(seed))
@@ -36,8 +25,8 @@ def moves(seed):
 def write_recording(folder, subject, trials, *, change=lambda data: data, events=None):
     samples = int((trials["onset_s"].max() + 3) * SFREQ)
     marks = [(33025, round(t * SFREQ) + 1) for t in trials["onset_s"]] if events is None else events
-    data = change(WRITERS.eeg_uv(len(WRITERS.NAMES), samples))
-    WRITERS.save_set(folder / subject / f"{subject}.set", data, WRITERS.NAMES, SFREQ, marks)
+    data = change(foreign.eeg_uv(len(foreign.NAMES), samples))
+    foreign.save_set(folder / subject / f"{subject}.set", data, foreign.NAMES, SFREQ, marks)
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +35,7 @@ def sound_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("layout") / "study"
     for seed, subject in enumerate(("s01", "s02")):
         trials = moves(seed)
-        WRITERS.save_log(folder, subject, trials)
+        foreign.save_log(folder, subject, trials)
         write_recording(folder, subject, trials)
     return folder
 

@@ -8,14 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from commands import COMMANDS
 from tiny_study import ROOT
-
-COMMANDS = [
-    *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
-    *(["run"], ["status"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
-    *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
-    ["ur10", "serve"],
-]
 
 
 def examples(text):

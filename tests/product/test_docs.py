@@ -9,6 +9,7 @@ import sys
 import urllib.parse
 
 import pytest
+from commands import COMMANDS
 from tiny_study import ROOT
 
 DATA = ROOT.parent / "shared" / "data" / "HRC_neurobased_taskplanning"
@@ -121,8 +122,6 @@ def test_the_documented_tables_are_those_that_a_study_writes(generated, smoke):
 
 
 def test_help_of_every_command_is_on_the_page(generated):
-    from test_command_line import COMMANDS
-
     text = generated.help_texts()
     for words in COMMANDS:
         assert f"## hrcneuro {' '.join(words)}\n" in text

@@ -1,0 +1,8 @@
+"""Every command, by its words."""
+
+COMMANDS = [
+    *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
+    *(["run"], ["status"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
+    *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
+    ["ur10", "serve"],
+]
