@@ -1,4 +1,4 @@
-"""Group statistics: exact sign flips over subjects, Holm's correction, and Table 2 beside the published one."""
+"""Group statistics: exact sign flips over subjects, Holm's correction, and what a test could have found."""
 
 from __future__ import annotations
 

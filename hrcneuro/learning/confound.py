@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hrcneuro import published
 from hrcneuro.learning.decoder import Answers, CoinFlips, Decoder
 from hrcneuro.learning.rates import Rates, case
 from hrcneuro.learning.simulations import Variant
@@ -18,7 +19,7 @@ from hrcneuro.learning.task import Draws, JointTask, actors, previous_actors
 
 # Share of trials (tr−1) that follow an error, by case RR, RH, HR, HH: the authors' logs, iC, 11 subjects pooled.
 LOGGED_SHARES = (0.2613, 0.6801, 0.0273, 0.2679)
-ERROR_RATE = 0.30  # of moves that do not follow an error (paper §2.2; none follows one)
+ERROR_RATE = published.ERROR_SHARE.value  # of moves that do not follow an error (paper §2.2; none follows one)
 
 
 @dataclass(frozen=True)
