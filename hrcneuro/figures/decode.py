@@ -66,9 +66,11 @@ def _figure(scores: pd.DataFrame, table2: pd.DataFrame) -> Figure:
 
 
 def _panel(axis: Axes, part: pd.DataFrame, group: Any, subjects: list[str], below: list[str]) -> None:
+    from scipy.stats import norm
+
     rows = np.array([len(subjects) - subjects.index(s) for s in part["subject"]])
     bacc = part["bacc"].to_numpy(dtype=float)
-    half = 1.96 * part["bacc_se"].to_numpy(dtype=float)
+    half = norm.ppf(0.975) * part["bacc_se"].to_numpy(dtype=float)
     axis.axvline(50, color=GREY, lw=1)
     axis.axhline(0.4, color=GREY, lw=0.5)
     axis.hlines(rows, bacc - half, bacc + half, color=INK, lw=1)
