@@ -28,7 +28,7 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
 
 DRAWINGS = Drawings(
     name="decode",
-    libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
+    libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
             "decoding.png": Caption(
