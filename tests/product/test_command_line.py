@@ -100,7 +100,8 @@ def test_the_timing_report_tells_latency_and_jitter(hrcneuro, smoke):
     (place,) = re.findall(r"^drawn in (.+)timing\.png$", done.out, flags=re.M)
     assert (Path(place) / "timing.png").is_file()
     rows = {line[:52].strip(): line[52:].split() for line in done.out.splitlines()}
-    table = pd.read_parquet(Path(place) / "timing.parquet").set_index("quantity")
+    numbers = hrcneuro("path", "robot", "s01", "timing.parquet", "--workdir", smoke).out.strip()
+    table = pd.read_parquet(numbers).set_index("quantity")
     latency = table.loc["trigger_latency"]
     shown = rows["t = 0 to the onset of the motion (Eq 2 fitted)"]
     assert int(shown[0]) == latency["n"] > 10

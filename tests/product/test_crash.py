@@ -120,7 +120,10 @@ def test_workers_end_with_a_parent_that_was_killed(run, tiny):
 
 def test_of_six_processes_that_race_for_one_key_one_computes(start, tiny, hrcneuro):
     racers = [
-        start("simulate", "--config", tiny / "tiny.toml", "--workdir", tiny / "study", "--executor", kind, "--json")
+        start(
+            *("simulate", "--config", tiny / "tiny.toml", "--workdir", tiny / "study"),
+            *("--executor", kind, "--json", "--no-figures"),
+        )
         for kind in ("serial", "processes") * 3
     ]
     ends = [racer.communicate(timeout=120) for racer in racers]

@@ -129,8 +129,8 @@ def test_a_run_leaves_a_log_that_names_no_one(hrcneuro, tiny):
     lines = [line for line in first if line["event"] == "item" and not line["stage"].endswith(".figures")]
     states = [(line["stage"], line["state"]) for line in lines]
     assert states == [(s, state) for s in ("acquire", "preprocess", "epoch") for state in ("running", "ran")]
-    assert first[-1]["states"] == {"ran": 3}
-    assert [line["state"] for line in second[1:-1]] == ["hit"] * 3
+    assert first[-1]["states"] == {"ran": 4}
+    assert [line["state"] for line in second[1:-1]] == ["hit"] * 4
     assert first[0]["config"] == second[0]["config"] != third[0]["config"]
     assert (third[-1]["outcome"], third[-1]["exit_code"]) == ("failed", 3)
     assert "alice" not in json.dumps([first, second, third])
