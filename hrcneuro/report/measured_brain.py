@@ -9,7 +9,7 @@ import numpy as np
 
 from hrcneuro import published
 from hrcneuro.eeg.significance import SignificanceMap
-from hrcneuro.report.maps import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA
+from hrcneuro.report.regions import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, near, spread
 
