@@ -85,7 +85,7 @@ class ForgettingLearner(BayesLearner):
         self._edge = np.log((1.0 - change) / change)
 
     def end_episode(self) -> None:
-        """Allow for a redraw."""
+        """Widen what is believed, since the subtasks may be assigned anew before the next episode."""
         odds, edge = self.odds, self._edge
         odds += np.logaddexp(edge, -odds) - np.logaddexp(edge, odds)
 

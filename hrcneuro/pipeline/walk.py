@@ -64,7 +64,7 @@ class Run:
 
     @property
     def items(self) -> list[Item]:
-        """The rows of all tasks."""
+        """The rows of all tasks, in the order in which people read them."""
         return [node.item for node in self.nodes.values()]
 
     def plan(self, forced: Iterable[Task] = ()) -> list[Item]:

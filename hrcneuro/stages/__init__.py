@@ -12,6 +12,6 @@ NAMES = ("acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", 
 
 
 def load(name: str) -> Stage:
-    """Return a stage."""
+    """Return the stage of that name, without what it needs to run."""
     stage: Stage = importlib.import_module(f"hrcneuro.stages.{name}").STAGE
     return stage

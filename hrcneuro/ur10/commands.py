@@ -96,7 +96,7 @@ class Commands:
         yield
 
     def sleep(self, t: float) -> Routine:
-        """Wait."""
+        """Wait for a number of seconds, on the controller's clock."""
         until = self._c.now + min(max(t, 0.0), _ENDLESS)
         while self._c.now < until - 0.5 * CYCLE:
             yield

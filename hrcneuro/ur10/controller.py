@@ -38,7 +38,7 @@ class Watchdog:
 
 
 class Controller:
-    """One robot."""
+    """A simulated robot with its control box: modes, safety, programs and the arm, a cycle at a time."""
 
     def __init__(
         self, *, version: tuple[int, int, int, int] = (3, 9, 1, 64192), q: Vector = START, powered: bool = True
@@ -216,7 +216,7 @@ class Controller:
     # --- the cycle ----------------------------------------------------------------------------------------------
 
     def cycle(self) -> None:
-        """Go on by 8 ms."""
+        """Compute one control cycle: what programs command, what the arm does, what is published."""
         self.cycles += 1
         while self._steps and self._steps[0][0] <= self.now:
             self.robot_mode = self._steps.popleft()[1]

@@ -27,7 +27,7 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault."""
+    """Something that goes wrong: its kind and value, as :data:`KINDS` explains them, and when."""
 
     kind: str
     value: float
@@ -79,7 +79,7 @@ class Schedule:
     """Brings faults about when they are due."""
 
     def __init__(self, controller: Controller, network: Network, faults: Sequence[Fault] = ()) -> None:
-        """Prepare ``faults``."""
+        """Keep ``faults`` in the order in which they come about."""
         self._c, self._network = controller, network
         self._waiting = sorted(faults, key=lambda f: f.at)
 
@@ -89,7 +89,7 @@ class Schedule:
             self.apply(self._waiting.pop(0))
 
     def apply(self, fault: Fault) -> None:
-        """Bring a fault about."""
+        """Bring a fault about in the controller or on the network."""
         c, network, value = self._c, self._network, fault.value
         if fault.kind == "protective_stop":
             c.protective_stop("asked for as a fault")

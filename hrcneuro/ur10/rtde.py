@@ -48,7 +48,7 @@ class RtdeSession:
         self.started = False
 
     def close(self) -> None:
-        """Give the inputs back."""
+        """Let other connections write the inputs that this one has taken."""
         for name in [name for name, owner in self._taken.items() if owner is self]:
             del self._taken[name]
         self.started = False

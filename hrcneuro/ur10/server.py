@@ -56,7 +56,7 @@ class _Connection(asyncio.BufferedProtocol):
         return self._piece
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Take a piece."""
+        """Hand what has come to the protocol, piece by piece."""
         if self.session is not None and not self._closing:
             try:
                 self.session.feed(bytes(self._piece[:nbytes]))
@@ -203,7 +203,7 @@ class Server:
                 client.send(streams.version_message(c))
 
     def leave(self, client: _Connection) -> None:
-        """Forget a client."""
+        """Take a client out of those that are served."""
         if isinstance(client.session, rtde.RtdeSession):
             client.session.close()
         if client in self._clients[client.port]:
