@@ -203,13 +203,14 @@ class Drawing:
         captions: File -> caption, in the order in which people see them; one that has no data is not written.
         reads: The files that it is handed: of its own entry, and of others where it joins stages.
         options: Names of the options that it may read, ``"erp.channel"``; they are its key's parameters.
-        draw: ``draw(config, files, out)`` writes PNG and PDF into ``out``; ``config.erp.channel`` is an option.
+        draw: ``draw(config, files, out)`` writes PNG and PDF into ``out``; ``config.erp.channel`` is an option. It may
+            return ``{"warnings": [...]}``: what a person should know of the pictures.
     """
 
     captions: Mapping[str, Caption]
     reads: Reads
     options: tuple[str, ...]
-    draw: Callable[[Any, Inputs, Path], None]
+    draw: Callable[[Any, Inputs, Path], Summary | None]
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class Record:
 
 
 class Store:
-    """A folder of entries."""
+    """A folder of entries, each under its key: looks them up, publishes, checks and removes them."""
 
     def __init__(self, root: Path) -> None:
         self.root = root

@@ -68,23 +68,24 @@ def bring(
     tasks = _graph(options, settings, wanted, joint=joint)
     study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
     forced = _forced(wanted, tasks) if options.force else []
+    if _one_at_a_time(settings, tasks):
+        # Not in a worker: Ctrl-C must reach the loop that drives the arm.
+        options = replace(options, executor="serial")
     if options.dry_run:
         talk = console(options)
         items = study.plan(forced)
         for item in items:
             talk.report(item)
         return items
-    if _one_at_a_time(settings, tasks):
-        # Not in a worker: Ctrl-C must reach the loop that drives the arm.
-        options = replace(options, executor="serial")
     return _walked(options, study, log, forced=forced)
 
 
-def draw(options: Options, settings: Settings) -> list[Item]:
+def draw(options: Options, settings: Settings, log: RunLog) -> list[Item]:
     """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
-    wanted = graph.targets(settings, stages.NAMES, ())
-    study = walk.Run(settings, Workdir(options.workdir), _graph(options, settings, wanted, joint=True))
-    return _walked(options, study, RunLog(None), pictures_only=True)
+    tasks = _graph(options, settings, graph.targets(settings, stages.NAMES, ()), joint=True)
+    study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
+    forced = [task for task in tasks if task.draws] if options.force else []
+    return _walked(options, study, log, forced=forced, pictures_only=True)
 
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:

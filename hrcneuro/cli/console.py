@@ -33,7 +33,7 @@ _STYLES = {
 
 
 class Console:
-    """Talks about one command."""
+    """Prints what one command does: progress, notes, errors and results."""
 
     def __init__(
         self, *, as_json: bool = False, verbose: bool = False, quiet: bool = False, debug: bool = False
@@ -81,7 +81,8 @@ class Console:
             self._progress.update(self._bar, advance=item.state.settled, description=name)
         # Pictures follow their numbers without a word.
         silent = (State.HIT, State.RUNNING, State.BLOCKED, *((State.RAN, State.WOULD_RUN) if item.draws else ()))
-        if self.quiet or (item.state in silent and not self.verbose):
+        notes = item.summary.get("warnings", []) if item.state is State.RAN else []
+        if self.quiet or (item.state in silent and not self.verbose and not notes):
             return
         text = f"{_MARKS[item.state]} {name:<18} {item.state}"
         if item.state is State.RAN:
@@ -89,7 +90,7 @@ class Console:
         if item.why and (self.verbose or item.state is State.WOULD_RUN):
             text += f"  ({'; '.join(item.why)})"
         self.say(text, style=_STYLES.get(item.state, ""))
-        for warning in item.summary.get("warnings", []) if item.state is State.RAN else []:
+        for warning in notes:
             self.say(f"  note: {warning}", style="yellow")
 
     def say(self, text: str, *, style: str = "") -> None:
@@ -148,18 +149,23 @@ class Console:
         if self.as_json:
             printed = document(command, items)
             print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
-        alike: dict[tuple[str, str], list[Item]] = {}
-        for item in failed:
-            alike.setdefault((item.stage, str(item.error)), []).append(item)
-        for (stage, _), group in alike.items():
-            if (error := group[0].error) is not None:
-                self.error(error, group[0].trace, of=f"{stage} of {_span([item.unit for item in group])}")
+        code = self.failures(failed)
         if also is not None:
             self.error(also)
         text = _counted(item for item in items if not item.draws)
         pictures = _counted(item for item in items if item.draws)
         self.say(f"{command}: {text or 'nothing to do'}" + (f"; pictures: {pictures}" if pictures else ""))
-        codes = {error.exit_code for error in (*(item.error for item in failed), also) if error is not None}
+        return code if also is None else also.exit_code if code in (0, also.exit_code) else 1
+
+    def failures(self, failed: Iterable[Item]) -> int:
+        """Print what failed, each cause once; return the exit code."""
+        alike: dict[tuple[str, str], list[Item]] = {}
+        for item in (failed := list(failed)):
+            alike.setdefault((item.stage, str(item.error)), []).append(item)
+        for (stage, _), group in alike.items():
+            if (error := group[0].error) is not None:
+                self.error(error, group[0].trace, of=f"{stage} of {_span([item.unit for item in group])}")
+        codes = {item.error.exit_code for item in failed if item.error is not None}
         return 0 if not codes else codes.pop() if len(codes) == 1 else 1
 
 

@@ -15,7 +15,7 @@ from hrcneuro.cli.options import Options
 
 if TYPE_CHECKING:
     from hrcneuro.config.settings import Settings
-    from hrcneuro.pipeline.walk import Item
+    from hrcneuro.pipeline.item import Item
 
 
 @command("Run a whole pipeline, then write the report.", "run", "run pipelines/smoke.toml -j 2", name="run")
@@ -34,7 +34,7 @@ def run(
     settings = bring.settings(options, plan.config)
     wanted = graph.targets(settings, plan.stages, plan.subjects)
     with bring.logged("run", options, settings) as log:
-        items = bring.bring(options, settings, wanted, log, joint=plan.report)
+        items = bring.bring(options, settings, wanted, log, joint=True)
         flaw = None
         if plan.report and not options.dry_run:
             try:
@@ -77,20 +77,28 @@ def path(
 
 @command("Write the report from what has run.", "report", "report --workdir study", name="report")
 def report(options: Options) -> int:
-    """Write the report from what has run so far."""
+    """Draw what is missing of the numbers that are up to date, and write the report from what has run so far."""
     from hrcneuro.cli import bring
+    from hrcneuro.pipeline.item import State
     from hrcneuro.pipeline.workdir import Workdir
 
+    code = 0
     settings = bring.settings(options)
+    talk = bring.console(options)
+    place = Workdir(options.workdir).results / "report.html"
     if options.dry_run:
-        written = Workdir(options.workdir).results / "report.html"
-        bring.console(options).say(f"would write {written}")
+        drawn = [item for item in bring.planned(options, settings) if item.draws and not item.state.done]
+        talk.say(f"would draw {', '.join(f'{i.stage} {i.unit}' for i in drawn) or 'nothing'}, and write {place}")
     else:
-        items = bring.planned(options, settings) if options.no_figures else bring.draw(options, settings)
-        written = _write_report(options, settings, items)
+        with bring.logged("report", options, settings) as log:
+            items = bring.planned(options, settings) if options.no_figures else bring.draw(options, settings, log)
+            place = _write_report(options, settings, items)
+            failed = [item for item in items if item.draws and item.state is State.FAILED]
+            code = talk.failures(failed)
+            log.end(items, code)
     if options.json:
-        print(json.dumps({"command": "report", "ok": True, "report": str(written)}, indent=1))
-    return 0
+        print(json.dumps({"command": "report", "ok": code == 0, "report": str(place)}, indent=1))
+    return code
 
 
 def _write_report(options: Options, settings: Settings, items: Sequence[Item]) -> Path:

@@ -23,7 +23,7 @@ class _File:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """What a pipeline runs."""
+    """A configuration, the stages and subjects that are run with it, and whether a report is written."""
 
     config: Path | None = None
     stages: tuple[str, ...] = stages.NAMES

@@ -88,7 +88,7 @@ _SIGNIFICANT = (
 
 DRAWINGS = Drawings(
     name="cases",
-    libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
+    libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     group=Drawing(
         captions={
             "fig2.png": Caption(f"Both scenarios together. {_SIGNIFICANT}", "Fig 2"),

@@ -34,18 +34,14 @@ DRAWINGS = Drawings(
     group=Drawing(
         captions={
             "confound_panel.png": Caption(
-                "Is it the takeover that is decoded, or the error and the turn that go with it? "
-                "Balanced accuracy of held-out trials: mean and 95 % interval over subjects, dots are subjects, "
-                "triangles "
-                "the smallest mean that a one-sided t test finds with 80 % power; at the right trials a class and "
-                "subject. "
+                "Is it the takeover that is decoded, or the error and the turn that go with it? Balanced accuracy of "
+                "held-out trials: mean and 95 % interval over subjects, dots are subjects, triangles the smallest "
+                "mean that a one-sided t test finds with 80 % power; at the right trials a class and subject. "
                 "Magenta: decoders trained on all trials, scored within a stratum. After an error and after none, "
-                "anticipation keeps its level (a response to turns does so, too) and a response to errors falls to "
-                "50 %; "
-                "before a turn, a response to turns falls to 50 %, one to errors need not. Blue: trained on trials "
-                "after "
-                "no error alone, and scored on them; with fewer trials to learn from, accuracy is lost whatever is "
-                "decoded. Brown: rules that never look at EEG",
+                "anticipation keeps its level (a response to turns does so, too) and a response to errors falls to 50"
+                " %; before a turn, a response to turns falls to 50 %, one to errors need not. Blue: trained on "
+                "trials after no error alone, and scored on them; with fewer trials to learn from, accuracy is lost "
+                "whatever is decoded. Brown: rules that never look at EEG",
                 "Confound panel",
             )
         },

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hrcneuro.tables.maps import GroupMaps
 
 
-def draw_subject(config: Any, files: Inputs, out: Path) -> None:
+def draw_subject(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
     """Draw one subject's contrasts over all scenarios, or its conditions, from waveforms.parquet."""
     from hrcneuro.figures import erp as figures
     from hrcneuro.figures import erp_panels, notes
@@ -34,29 +34,31 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> None:
         gap_s=waves.gap_s,
         note="; ".join([files.unit, *missing, bands]),
     )
+    return {"warnings": missing}
 
 
-def draw_group(config: Any, files: Inputs, out: Path) -> None:
+def draw_group(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
     """Draw the group's tested contrasts: of all trials, of each scenario, and within strata."""
     from hrcneuro.tables.maps import read_tested
 
     stats, strata = (files.path("erp", name) for name in ("erp_stats.parquet", "erp_strata.parquet"))
     tested, within = read_tested(stats), read_tested(strata)
-    _draw(config, files, stats, tested, tested.whole, out / "erp.png")
-    _draw(config, files, stats, tested, tested.by_scenario, out / "erp_scenarios.png")
-    _draw(config, files, strata, within, within.of_half_the_group, out / "erp_strata.png")
+    notes = _draw(config, files, stats, tested, tested.whole, out / "erp.png")
+    notes += _draw(config, files, stats, tested, tested.by_scenario, out / "erp_scenarios.png")
+    notes += _draw(config, files, strata, within, within.of_half_the_group, out / "erp_strata.png")
+    return {"warnings": list(dict.fromkeys(notes))}
 
 
 def _draw(
     config: Any, files: Inputs, table: Path, tested: GroupMaps, keys: Sequence[tuple[str, str]], picture: Path
-) -> None:
-    """Draw these contrasts of a table; nothing where there is none."""
+) -> list[str]:
+    """Draw these contrasts of a table, nothing where there is none; return what a person should know."""
     from hrcneuro.figures import erp as figures
     from hrcneuro.figures import erp_panels, notes
     from hrcneuro.tables.maps import read_contrast_waves, read_positions
 
     if not keys:
-        return
+        return []
     first, options = tested.maps[keys[0]], config.erp
     channel, missing = notes.shown_channel(options.channel, first.channels)
     waves = read_contrast_waves(table, channel)
@@ -73,6 +75,7 @@ def _draw(
         gap_s=tested.gap_s,
         note="; ".join([*missing, notes.bands("", options.confidence), test]),
     )
+    return missing
 
 
 _SHOWN = ("erp.channel", "erp.map_times_s", "erp.confidence")
@@ -94,10 +97,9 @@ DRAWINGS = Drawings(
     group=Drawing(
         captions={
             "erp.png": Caption(
-                "Grand averages of each contrast, its first condition in colour, its second in grey, with "
-                "standard errors over subjects; below them the mean difference with its confidence interval, above "
-                "them "
-                "maps of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
+                "Grand averages of each contrast, its first condition in colour, its second in grey, with standard "
+                "errors over subjects; below them the mean difference with its confidence interval, above them maps "
+                "of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
                 "ERP of all contrasts",
             ),
             "erp_scenarios.png": Caption(

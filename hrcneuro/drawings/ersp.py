@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hrcneuro.tables.maps import GroupMaps
 
 
-def draw_subject(config: Any, files: Inputs, out: Path) -> None:
+def draw_subject(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
     """Draw one subject's differences over all scenarios, or its conditions, from ersp.parquet."""
     from hrcneuro.figures import ersp as figures
     from hrcneuro.figures import notes
@@ -25,25 +25,27 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> None:
     what = "differences of mean magnitudes" if unit == "µV" else "mean magnitude over its mean in time"
     note = "; ".join([files.unit, what, *missing])
     figures.draw(rows, shown, out / "ersp_subject.png", unit=unit, note=note)
+    return {"warnings": missing}
 
 
-def draw_group(config: Any, files: Inputs, out: Path) -> None:
+def draw_group(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
     """Draw the group's tested contrasts: of all trials, of each scenario, and within strata."""
     from hrcneuro.tables.maps import read_tested
 
     tested, within = (read_tested(files.path("ersp", name)) for name in ("ersp_stats.parquet", "ersp_strata.parquet"))
-    _draw(config, tested, tested.whole, out / "ersp.png")
-    _draw(config, tested, tested.by_scenario, out / "ersp_scenarios.png")
-    _draw(config, within, within.of_half_the_group, out / "ersp_strata.png")
+    notes = _draw(config, tested, tested.whole, out / "ersp.png")
+    notes += _draw(config, tested, tested.by_scenario, out / "ersp_scenarios.png")
+    notes += _draw(config, within, within.of_half_the_group, out / "ersp_strata.png")
+    return {"warnings": list(dict.fromkeys(notes))}
 
 
-def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], picture: Path) -> None:
-    """Draw these contrasts; nothing where there is none."""
+def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], picture: Path) -> list[str]:
+    """Draw these contrasts, nothing where there is none; return what a person should know."""
     from hrcneuro.figures import ersp as figures
     from hrcneuro.figures import notes
 
     if not keys:
-        return
+        return []
     first, options = tested.maps[keys[0]], config.ersp
     channels, missing = notes.shown_channels(options.channels, first.channels)
     shown = figures.MapSettings(channels, first.frequencies, first.times, tested.gap_s)
@@ -52,11 +54,12 @@ def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], pictu
     if any(tested.maps[key].tested for key in keys):
         test = f"full colour: {test}"
     figures.draw(rows, shown, picture, unit="µV", note="; ".join([test, *missing]))
+    return missing
 
 
 DRAWINGS = Drawings(
     name="ersp",
-    libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
+    libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
     subject=Drawing(
         captions={
             "ersp_subject.png": Caption(

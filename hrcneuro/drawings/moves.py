@@ -20,7 +20,7 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
     )
     if moves:
         soa_ms = {scenario: printed.value for scenario, printed in published.SOA_MS.items()}
-        figure.draw(moves, trials, soa_ms, out / "moves.png")
+        figure.draw(moves, trials, soa_ms, config.robot.cell.radius, out / "moves.png")
 
 
 DRAWINGS = Drawings(
@@ -29,9 +29,9 @@ DRAWINGS = Drawings(
     group=Drawing(
         captions={
             "moves.png": Caption(
-                "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: "
-                "the 2 mm radius); arrival in the radius as a share of t_f (Eq 2 gives 0.847); delay from marker to "
-                "motion",
+                "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: the "
+                "radius in which the next move is taken); arrival in that radius as a share of t_f; delay from "
+                "marker to motion",
                 "Moves of all subjects",
             )
         },
@@ -39,7 +39,7 @@ DRAWINGS = Drawings(
             Read("acquire", ("trials.parquet",), Of.INCLUDED, required=False),
             Read("robot", ("moves.parquet",), Of.INCLUDED, required=False),
         ),
-        options=(),
+        options=("robot.cell",),
         draw=draw,
     ),
     chapter="robot",

@@ -17,7 +17,11 @@ Means = Mapping[str, tuple[float, float]]
 
 
 def draw(
-    moves: Mapping[str, pd.DataFrame], trials: Mapping[str, pd.DataFrame], published_ms: Means, path: Path
+    moves: Mapping[str, pd.DataFrame],
+    trials: Mapping[str, pd.DataFrame],
+    published_ms: Means,
+    radius_m: float,
+    path: Path,
 ) -> None:
     """Draw the distributions over all moves: onset to onset, tracking errors, arrival, and motion after marker.
 
@@ -25,16 +29,17 @@ def draw(
         moves: Subject -> rows of robot's moves.parquet, of one subject at least.
         trials: Subject -> rows of acquire's trials.parquet.
         published_ms: Scenario -> mean and standard deviation of the published time from onset to onset, ms.
+        radius_m: Distance from a tile's centre within which the next move is taken.
         path: Of the PNG; the PDF lies beside it.
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(9.4, 2.9), layout="constrained")
         durations, errors, arrival, markers = figure.subplots(1, 4)
         _durations(durations, trials, published_ms)
-        _errors(errors, moves)
+        _errors(errors, moves, 1e3 * radius_m)
         everything = pd.concat(list(moves.values()))
         arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
-        arrival.set_xlabel("entry into the 2 mm radius / $t_f$")
+        arrival.set_xlabel(f"entry into the {1e3 * radius_m:g} mm radius / $t_f$")
         arrival.set_ylabel("moves")
         arrival.set_title(f"arrival, {int(everything['t_2mm_s'].notna().sum())} moves")
         latency = everything["trigger_latency_ms"].dropna()
@@ -64,7 +69,7 @@ def _durations(axes: Axes, trials: Mapping[str, pd.DataFrame], published_ms: Mea
     axes.legend(loc="upper right")
 
 
-def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame]) -> None:
+def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame], radius_mm: float) -> None:
     for column, colour, label in (
         ("max_error_mm", COLOURS[1], "greatest on the way"),
         ("end_error_mm", COLOURS[0], "on arrival"),
@@ -73,7 +78,7 @@ def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame]) -> None:
             values = np.sort(table[column].dropna().to_numpy(float))
             share = np.arange(1, len(values) + 1) / max(len(values), 1)
             axes.plot(values, share, color=colour, lw=0.8, alpha=0.7, label=label if i == 0 else "_nolegend_")
-    axes.axvline(2, color=GREY, lw=0.8, ls="--")
+    axes.axvline(radius_mm, color=GREY, lw=0.8, ls="--")
     axes.set_xscale("log")
     axes.set_xlabel("distance from the reference (mm)")
     axes.set_ylabel("share of the moves")

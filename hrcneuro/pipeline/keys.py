@@ -95,7 +95,7 @@ class Keys:
 
 
 def drawing_of(task: Task) -> Drawing:
-    """Return what a task draws."""
+    """Return the drawing that a task of pictures makes, a subject's or the group's."""
     drawn = drawings.load(task.subject)
     drawing = drawn.group if task.unit == GROUP else drawn.subject
     assert drawing is not None

@@ -61,6 +61,7 @@ class Run:
         self.verify = verify
         self.keys = Keys(settings, workdir)
         self.nodes = {task: Node.of(task, needs) for task, needs in graph.items()}
+        self.pictures_only = False
 
     @property
     def items(self) -> list[Item]:
@@ -93,6 +94,7 @@ class Run:
             report: Is told of every change of an item.
         """
         forced = set(forced)
+        self.pictures_only = pictures_only
         waiting = dict(self.nodes)
         running: dict[futures.Future, Node] = {}
         self.workdir.cache.sweep()
@@ -133,9 +135,19 @@ class Run:
         return all(self.nodes[task].settled for task in node.needs)
 
     def _sources(self, node: Node) -> list[tuple[Node, Need]]:
-        """Return what a task reads of: all that it stands on, without what it can do without and is not there."""
+        """Return what a task reads of: all that it stands on, without what it can do without and that is not there."""
         sources = [(self.nodes[task], need) for task, need in node.needs.items()]
-        return [(source, need) for source, need in sources if need.required or source.item.state.done]
+        return [(source, need) for source, need in sources if need.required or not self._absent(source)]
+
+    def _absent(self, source: Node) -> bool:
+        """Return whether there is nothing to be had of a task: it failed, or never ran and will not run now.
+
+        What has run and is stale is no such thing: a picture without it would show less than there is.
+        """
+        if source.item.state in (State.FAILED, State.BLOCKED):
+            return True
+        never_ran = not self.workdir.pointer(source.task.name, source.task.unit)
+        return self.pictures_only and source.item.state is State.WOULD_RUN and never_ran
 
     def _prepare(self, node: Node, *, force: bool, dry: bool = False) -> None:
         """Decide a task whose upstream is settled; it stays waiting where it must run."""

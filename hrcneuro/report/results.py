@@ -114,6 +114,9 @@ class Results:
         lines = []
         for (stage, unit), item in sorted(self.done.items()):
             lines += [f"{stage} {unit}: {w}" for w in item.summary.get("warnings", ())]
+        for item in self.drawn:
+            stage = item.stage.removesuffix(FIGURES)
+            lines += [f"{stage} {item.unit}: {w}" for w in item.summary.get("warnings", ())]
         return lines
 
     @cached_property

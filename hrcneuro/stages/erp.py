@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Config(group_contrasts.ContrastOptions):
-    """Averages, test and figures."""
+    """How averages are made and tested; below, what their pictures show."""
 
     baseline_s: tuple[float, ...] = option(
         published.BASELINE_S.value, "start and end of the mean that is subtracted from each trial and channel", unit="s"

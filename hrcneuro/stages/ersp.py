@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Config(WaveletFamily, group_contrasts.ContrastOptions):
-    """Wavelets, test and figures."""
+    """The wavelets, and how their magnitudes are tested; below, what the pictures show."""
 
     decimate: int = option(published.DECIMATION.value, "keep every n-th sample of the magnitudes", low=1)
     channels: tuple[str, ...] = option(

@@ -18,7 +18,6 @@ Rotation = tuple[float, float, float, float, float, float, float, float, float]
 
 _D1, _D4, _D5, _D6 = D[0], D[3], D[4], D[5]
 _A2, _A3 = A[1], A[2]
-IDENTITY: Rotation = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 MAX_ANGLE = tau
 
 

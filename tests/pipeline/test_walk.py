@@ -411,6 +411,35 @@ def test_pictures_alone_are_drawn_of_what_is_up_to_date(house, workdir):
     assert house.calls == [("draw", "a")]
 
 
+def test_a_plan_foresees_that_a_joint_picture_is_drawn_again_with_one_more_subject(house, workdir):
+    drawn(settings(subjects=("a",)), workdir)
+    items = {f"{i.stage} {i.unit}": i for i in study(settings(), workdir, pictures=True, joint=True)[0].plan()}
+    assert items["joint.figures group"].state == "would-run"
+    assert "inputs: scale of b would run" in items["joint.figures group"].why
+
+
+def test_a_joint_picture_is_not_drawn_without_what_is_merely_stale(house, workdir):
+    drawn(settings(), workdir)
+    found = settings(exclude=("b",), source=1)
+    bring(found, workdir)
+    house.broken = {"b"}
+    stale = dataclasses.replace(settings(), sections={**settings().sections, "total": Config(colour="red")})
+    (workdir.artifact("scale", "b") / "y.txt").unlink()
+    items = states(bring(stale, workdir, pictures=True, joint=True, only_pictures=True))
+    assert (items["scale b"], items["joint.figures group"]) == ("would-run", "would-run")
+
+
+def test_what_a_drawing_has_to_say_is_kept_with_it(house, workdir):
+    def draw(config, files, out):
+        (out / "y.png").write_text("")
+        return {"warnings": ["no channel Czz"]}
+
+    reads = (Read("scale", ("y.txt",)),)
+    house.draws = lambda name: Drawings("scale", (), subject=Drawing({"y.png": Caption("y")}, reads, (), draw))
+    items = {i.stage: i for i in bring(settings(), workdir, "a", names=("scale",), pictures=True)}
+    assert items["scale.figures"].summary == {"warnings": ["no channel Czz"]}
+
+
 def test_a_drawing_reads_no_option_that_it_does_not_name(house, workdir):
     def draw(config, files, out):
         (out / "y.png").write_text(config.scale.gain)
