@@ -7,8 +7,6 @@ from typing import Any
 
 import typer
 
-from hrcneuro.contract import GROUP
-
 
 def subjects(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the subjects of the configuration that begin so and are not named yet."""
@@ -18,6 +16,8 @@ def subjects(ctx: typer.Context, incomplete: str) -> list[str]:
 
 def units(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the subjects of the configuration, and ``group``."""
+    from hrcneuro.contract import GROUP
+
     return [s for s in (*_configured(ctx), GROUP) if s.startswith(incomplete)]
 
 

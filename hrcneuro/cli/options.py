@@ -38,10 +38,7 @@ class Options:
 def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command that takes ``options: Options`` first the options above, behind its own parameters."""
     own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
-    shared = [
-        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=hint)
-        for f, hint in zip(fields(Options), inspect.get_annotations(Options, eval_str=True).values(), strict=True)
-    ]
+    shared = _shared()
 
     @functools.wraps(command)
     def wrapper(**values: Any) -> Any:
@@ -53,3 +50,13 @@ def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
     wrapper.__annotations__ = {p.name: p.annotation for p in ordered}
     del wrapper.__wrapped__
     return wrapper
+
+
+@functools.cache
+def _shared() -> list[inspect.Parameter]:
+    """Return the options as parameters; made once, as each command has them and ``--help`` must not wait."""
+    hints = inspect.get_annotations(Options, eval_str=True).values()
+    return [
+        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=hint)
+        for f, hint in zip(fields(Options), hints, strict=True)
+    ]

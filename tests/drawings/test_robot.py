@@ -83,10 +83,10 @@ def test_the_moves_of_all_subjects_are_joined(folders, tmp_path):
     inputs = Inputs.of(
         "group", acquire=dict.fromkeys(("s01", "s02"), folders["acquire"]), robot={"s01": folders["robot"]}
     )
-    moves.draw(None, inputs, tmp_path)
+    moves.draw(options(), inputs, tmp_path)
     assert set(drawn(tmp_path)) == set(moves.DRAWINGS.group.captions)
 
 
 def test_where_no_arm_has_moved_there_is_no_picture(folders, tmp_path):
-    moves.draw(None, Inputs.of("group", acquire={"s01": folders["acquire"]}), tmp_path)
+    moves.draw(options(), Inputs.of("group", acquire={"s01": folders["acquire"]}), tmp_path)
     assert not list(tmp_path.iterdir())

@@ -420,12 +420,10 @@ def test_a_plan_foresees_that_a_joint_picture_is_drawn_again_with_one_more_subje
 
 def test_a_joint_picture_is_not_drawn_without_what_is_merely_stale(house, workdir):
     drawn(settings(), workdir)
-    found = settings(exclude=("b",), source=1)
-    bring(found, workdir)
-    house.broken = {"b"}
-    stale = dataclasses.replace(settings(), sections={**settings().sections, "total": Config(colour="red")})
-    (workdir.artifact("scale", "b") / "y.txt").unlink()
-    items = states(bring(stale, workdir, pictures=True, joint=True, only_pictures=True))
+    sections = {**settings().sections, "total": Config(colour="red")}
+    workdir.artifact("scale", "b", "y.txt").unlink()
+    red = dataclasses.replace(settings(), sections=sections)
+    items = states(bring(red, workdir, pictures=True, joint=True, only_pictures=True))
     assert (items["scale b"], items["joint.figures group"]) == ("would-run", "would-run")
 
 
