@@ -210,7 +210,7 @@ EPISODES = Printed("3.2", "episodes", 200)
 REPETITIONS = Printed("3.2", "repetitions", 100)
 LEVELS = Printed("3.2", "decoders of SIM2", (50.0, 60.0, 70.0, 80.0), "%")
 REASSIGNED_AFTER = Printed("3.2, Fig 4C", "SIM3: new tasks after", 40, words="40 episodes (Fig 4C: every 40)")
-CASES = Printed("3.2", "SIM4: (n, m)", ((6, 3), (10, 5), (10, 2)), words="(6, 3), (10, 5), (10, 2)")
+SUBTASK_CASES = Printed("3.2", "SIM4: (n, m)", ((6, 3), (10, 5), (10, 2)), words="(6, 3), (10, 5), (10, 2)")
 CASE_OF_FIG_4D = Printed("Fig 4D", "SIM4: subtasks of human and robot", (2, 8), words="2 and 8")
 ASSUMED_TRIAL_S = Printed("3.3", "duration of a trial that the minutes assume", 2.0, "s")
 # After a human's action HH and HR, after a robot's RR and RH.

@@ -31,7 +31,7 @@ class ContrastOptions:
     )
     split: str = option("scenario", "trial column whose values are averaged apart too; empty for none", shared="split")
     strata: tuple[str, ...] = option(
-        ("prev_error", "turn"),
+        design.CUES,
         "trial columns whose values are the strata in which contrasts are computed again; empty for none",
     )
     stratified: tuple[str, ...] = option(("*_before",), "which contrasts that are, as patterns of their names")

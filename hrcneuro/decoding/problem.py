@@ -11,11 +11,11 @@ import numpy as np
 from hrcneuro.decoding import baselines, chance, crossval, metrics
 from hrcneuro.decoding.crossval import Split
 from hrcneuro.decoding.scheme import Scheme
+from hrcneuro.paradigm.design import CUES
 
 # Labels and folds in, the held-out trials' scores out: a decoder together with its features of all trials.
 Decode = Callable[[np.ndarray, Sequence[Split]], list[np.ndarray]]
 
-CUES = ("prev_error", "turn")
 MATCHED_CUE = "prev_error"
 
 

@@ -6,19 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.paradigm.design import FIG_2, FIG_3
 
 if TYPE_CHECKING:
     from hrcneuro.figures.cases import CasePanel
     from hrcneuro.tables.maps import GroupMaps
-
-# Letter, scenario, takeover, continuation, position.
-_FIG_2 = (
-    ("A", "all", "HR", "HH", "before"),
-    ("B", "all", "HR", "HH", "after"),
-    ("C", "all", "RH", "RR", "before"),
-    ("D", "all", "RH", "RR", "after"),
-)
-_FIG_3 = (("A", "sC", "RH", "RR", "before"), ("B", "iC", "RH", "RR", "before"))
 
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
@@ -30,7 +22,7 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
 
     potentials = read_tested(files.path("erp", "erp_stats.parquet"))
     rhythms = read_tested(files.path("ersp", "ersp_stats.parquet")) if files.has("ersp", "ersp_stats.parquet") else None
-    for name, printed in (("fig2.png", _FIG_2), ("fig3.png", _FIG_3)):
+    for name, printed in (("fig2.png", FIG_2), ("fig3.png", FIG_3)):
         if not all(_key(one) in potentials.maps for one in printed):
             continue
         names = potentials.maps[_key(printed[0])].channels

@@ -20,7 +20,7 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
     if scores.empty:
         return
     scores = scores[(scores["decoder"] == scores["decoder"].iloc[0]) & np.isfinite(scores["bacc"])]
-    if not np.isfinite(scores[confound.CUES].to_numpy(float)).any():
+    if not np.isfinite(scores[confound.QUALIFIERS].to_numpy(float)).any():
         return
     units = [unit for unit in files.units("decode") if files.has("decode", "strata.parquet", unit=unit)]
     strata = [read_table(files.path("decode", "strata.parquet", unit=unit)) for unit in units]

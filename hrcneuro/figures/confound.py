@@ -33,7 +33,7 @@ ROWS: tuple[tuple[str, str, str, tuple[str, bool] | None] | None, ...] = (
 
 
 # What qualifies the plain result: without any of it there is nothing to show.
-CUES = [row[0] for row in ROWS if row and row[0] not in ("bacc", "lobo_bacc")]
+QUALIFIERS = [row[0] for row in ROWS if row and row[0] not in ("bacc", "lobo_bacc")]
 
 
 def draw(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | None, path: Path) -> None:
@@ -60,7 +60,7 @@ def figure(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | No
         _panel(axis, part, _at(table2, place).set_index("measure"), sizes)
         axis.set_title(f"{place['scenario']}: {place['problem']}, n = {len(part)}")
         axis.set_xlabel("balanced accuracy (%)")
-    values = scores[["bacc", *CUES]].to_numpy(float)
+    values = scores[["bacc", *QUALIFIERS]].to_numpy(float)
     axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanmax(values)) + 3)
     axes[0].set_yticks(*_ticks())
     axes[0].set_ylim(-len(ROWS) + 0.4, 0.6)

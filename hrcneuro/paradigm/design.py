@@ -20,4 +20,18 @@ CONTRASTS = {
     for position in ("before", "after", "after_ok")
     for plus, minus in (("HR", "HH"), ("RH", "RR"))
 }
+CUES = ("prev_error", "turn")
+"""Columns of the trial table that tell a takeover without EEG: the move before was an error, a turn lies ahead."""
+
+# Letter, scenario, takeover, continuation, position.
+FIG_2 = (
+    ("A", "all", "HR", "HH", "before"),
+    ("B", "all", "HR", "HH", "after"),
+    ("C", "all", "RH", "RR", "before"),
+    ("D", "all", "RH", "RR", "after"),
+)
+"""The panels of the paper's Fig 2."""
+FIG_3 = (("A", "sC", "RH", "RR", "before"), ("B", "iC", "RH", "RR", "before"))
+"""The panels of the paper's Fig 3."""
+
 PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}

@@ -9,12 +9,13 @@ import numpy as np
 
 from hrcneuro import published
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.paradigm.design import FIG_2
 from hrcneuro.report.regions import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, near, spread
 
-PANELS = {"A": "HR-HH_before", "B": "HR-HH_after", "C": "RH-RR_before", "D": "RH-RR_after"}
-BEFORE = "RH-RR_before"
+PANELS = {letter: f"{takeover}-{continuation}_{position}" for letter, _, takeover, continuation, position in FIG_2}
+BEFORE = PANELS["C"]
 Maps = Mapping[tuple[str, str], SignificanceMap]  # by (scenario, contrast)
 
 

@@ -115,7 +115,7 @@ PARAMETERS = (
     Given(published.REPETITIONS, "{simulate.repetitions}"),
     Given(published.LEVELS, "{run.levels}"),
     Given(published.REASSIGNED_AFTER, "{run.reassigned}"),
-    Given(published.CASES, "{run.test_cases}"),
+    Given(published.SUBTASK_CASES, "{run.test_cases}"),
     Given(published.CASE_OF_FIG_4D, "{run.test_cases}"),
     Given(published.SIM1_RATES, "{run.rates}"),
 )

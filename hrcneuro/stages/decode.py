@@ -20,7 +20,7 @@ from hrcneuro.decoding.refusals import (
 )
 from hrcneuro.decoding.scheme import Scheme
 from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
-from hrcneuro.paradigm.design import CONDITIONS, PROBLEMS
+from hrcneuro.paradigm.design import CONDITIONS, CUES, PROBLEMS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -177,7 +177,7 @@ def _trials(rows: pd.DataFrame, labels: np.ndarray) -> LabelledTrials:
     """Return the problem's trials; columns that a study does not have are left out."""
     import pandas as pd
 
-    from hrcneuro.decoding.problem import CUES, LabelledTrials
+    from hrcneuro.decoding.problem import LabelledTrials
 
     blocks = rows["block"] if "block" in rows and rows["block"].notna().all() else None
     cues = {cue: rows[cue].to_numpy(dtype=bool) for cue in CUES if cue in rows and rows[cue].notna().all()}

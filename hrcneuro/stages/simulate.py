@@ -42,7 +42,7 @@ class Config(LearnerParams, TaskParams, RateParams):
     rates: str = option("paper", "where the empirical decoder comes from", choices=("paper", "decode", "replay"))
     levels: tuple[float, ...] = option(published.LEVELS.value, "hypothetical decoders", unit="%", low=0, high=100)
     test_cases: tuple[tuple[int, ...], ...] = option(
-        (*published.CASES.value, (10, 8)), "pairs [n, m] of SIM4; the last is not the paper's", low=1, high=32
+        (*published.SUBTASK_CASES.value, (10, 8)), "pairs [n, m] of SIM4; the last is not the paper's", low=1, high=32
     )
     repetitions: int = option(
         published.REPETITIONS.value, "restarts of learning a curve averages over", low=2, high=1_000_000
