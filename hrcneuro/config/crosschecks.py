@@ -6,10 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hrcneuro.contract import GROUP
+from hrcneuro.decoding.scheme import FEATURES_END_S
 from hrcneuro.errors import did_you_mean
-
-# The last window of the study's 405 features ends here (paper 2.5.4).
-_FEATURES_END_S = 0.6
 
 
 def errors(settings: Any) -> list[str]:
@@ -69,8 +67,8 @@ def _windows(sections: Mapping[str, Any]) -> Iterator[str]:
     windows = {"erp.baseline_s": sections["erp"].baseline_s}
     if sections["decode"].problems:
         windows["decode.mean_window_s"] = sections["decode"].mean_window_s
-        if end < _FEATURES_END_S:
-            yield f"epoch.tmax = {end:g} s ends before the decoder's last window, {_FEATURES_END_S:g} s after the onset"
+        if end < FEATURES_END_S:
+            yield f"epoch.tmax = {end:g} s ends before the decoder's last window, {FEATURES_END_S:g} s after the onset"
     for name, window in windows.items():
         if window and (window[0] < start or window[-1] > end):
             yield (

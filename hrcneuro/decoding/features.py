@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hrcneuro.decoding.recipes import N_STEPS
+from hrcneuro.decoding.recipes import FEATURES, N_STEPS
 from hrcneuro.decoding.refusals import (
     EmptyWindowError,
     NoSignalError,
@@ -88,7 +88,7 @@ def extract(
         fine = list(itertools.pairwise(edges.tolist()))
         steps = window_means(epochs_uv, times_s, windows_s=fine, mean_window_s=mean_window_s)
         return steps.reshape(len(epochs_uv), epochs_uv.shape[1], -1)
-    raise ValueError(f"features {kind!r} are not known; allowed: windows, windows_600, steps, windows_bands, epochs")
+    raise ValueError(f"features {kind!r} are not known; allowed: {', '.join(FEATURES)}")
 
 
 def band_power(epochs_uv: np.ndarray, times_s: np.ndarray, *, span_s: Span = (0.0, 0.6)) -> np.ndarray:

@@ -9,6 +9,8 @@ from hrcneuro.contract import option
 
 MEAN_WINDOW_S = published.REMOVED_MEAN_S.value
 SHRINKAGE = published.SHRINKAGE.value
+FEATURES_END_S = 0.6
+"""The end of the last of the 15 windows (paper 2.5.4), seconds."""
 
 
 @dataclass(frozen=True)

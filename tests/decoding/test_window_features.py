@@ -13,6 +13,7 @@ from hrcneuro.decoding.refusals import (
     VoltsError,
     WindowOutsideError,
 )
+from hrcneuro.decoding.scheme import FEATURES_END_S
 
 
 def times(sfreq: float, *, tmin: float = -0.2, tmax: float = 1.2) -> np.ndarray:
@@ -27,6 +28,7 @@ def test_fifteen_windows_tile_the_printed_spans():
     spans_ms = [(round(a * 1000), round(b * 1000)) for a, b in features.WINDOWS_S]
     assert spans_ms[:4] == [(400, 450), (450, 500), (500, 550), (550, 600)]
     assert spans_ms[4:] == [(50 * i, 50 * i + 100) for i in range(11)]
+    assert max(end for _, end in features.WINDOWS_S) == FEATURES_END_S
     assert features.window_means(noise(2, 27, times(512)), times(512)).shape == (2, 405)
 
 
