@@ -90,7 +90,7 @@ def test_no_problem_at_all_is_no_picture(entries, tmp_path, drawing):
 
 def test_trials_without_a_cue_have_no_confound_panel(entries, tmp_path):
     scores = scores_of(np.random.default_rng(5))
-    scores[figure_of.CUES] = np.nan
+    scores[figure_of.QUALIFIERS] = np.nan
     assert draw(confound, entries(scores), tmp_path) == set()
 
 
