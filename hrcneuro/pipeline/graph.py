@@ -180,3 +180,11 @@ def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
             before = merged.get(task, Need((), False))
             merged[task] = Need((*before.files, *read.files), before.required or read.required)
     return merged
+
+
+def drawing_of(task: Task) -> Drawing:
+    """Return the drawing that a task of pictures makes, a subject's or the group's."""
+    drawn = drawings.load(task.subject)
+    drawing = drawn.group if task.unit == GROUP else drawn.subject
+    assert drawing is not None
+    return drawing

@@ -19,7 +19,7 @@ from hrcneuro.cache import fingerprint
 from hrcneuro.cache.store import Record, Store, explain_os_error
 from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError, StageError
-from hrcneuro.pipeline.graph import Task
+from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
 
 
@@ -95,10 +95,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
 def work_of(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
     """Return what computes or draws a task, and the libraries that it rests on."""
     if task.draws:
-        drawn = drawings.load(task.subject)
-        drawing = drawn.group if task.unit == GROUP else drawn.subject
-        assert drawing is not None
-        return drawing.draw, drawn.libraries
+        return drawing_of(task).draw, drawings.load(task.subject).libraries
     stage = stages.load(task.name)
     work = stage.group if task.unit == GROUP else stage.parts or stage.subject
     assert work is not None

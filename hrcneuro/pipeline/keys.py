@@ -11,9 +11,9 @@ from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.store import Record
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, Drawing, chosen, params, plain
+from hrcneuro.contract import GROUP, chosen, params, plain
 from hrcneuro.errors import DataError
-from hrcneuro.pipeline.graph import Need, Task
+from hrcneuro.pipeline.graph import Need, Task, drawing_of
 from hrcneuro.pipeline.workdir import Workdir
 
 PACKAGE = Path(__file__).parents[1]
@@ -92,11 +92,3 @@ class Keys:
             "code": fingerprint.code(f"hrcneuro.drawings.{task.subject}", PACKAGE, self.memo),
             "libs": fingerprint.libraries(drawings.load(task.subject).libraries),
         }
-
-
-def drawing_of(task: Task) -> Drawing:
-    """Return the drawing that a task of pictures makes, a subject's or the group's."""
-    drawn = drawings.load(task.subject)
-    drawing = drawn.group if task.unit == GROUP else drawn.subject
-    assert drawing is not None
-    return drawing
