@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.formats import READABLE
+from hrcneuro.sources.formats.companions import companions
 
 SUBJECT = "{subject}"
-READABLE = (".vhdr", ".set", ".fif", ".fif.gz", ".edf", ".bdf", ".xdf", ".xdfz", ".xdf.gz")
-_LFS = b"version https://git-lfs.github.com/spec"
 
 
 def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, Path]:
@@ -75,22 +75,7 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
             f"the recording {path} of {subject} does not exist{did_you_mean(subject, have)}; {here}",
             cure="correct acquire.path, or name a subject that is there",
         )
-    return {"recording": path} | _companions(path)
-
-
-def refuse_pointer(path: Path) -> None:
-    """Refuse a file that is only Git LFS's stand-in for the real one.
-
-    Raises:
-        DataError: It is a pointer; the cure is the command that fetches the content.
-    """
-    with path.open("rb") as file:
-        head = file.read(len(_LFS))
-    if head == _LFS:
-        raise DataError(
-            f"{path.name} is a Git LFS pointer of {path.stat().st_size} bytes, not the data",
-            cure=f"fetch the content in that repository: git lfs install && git lfs pull --include '*/{path.name}'",
-        )
+    return {"recording": path} | companions(path)
 
 
 def _root(path: str) -> Path:
@@ -109,23 +94,6 @@ def _missing(label: str) -> str:
         "the recording is part of the authors' repository (git lfs pull where it uses LFS); to use the logs with "
         "synthetic EEG: --set acquire.source=semisynthetic"
     )
-
-
-def _companions(path: Path) -> dict[str, Path]:
-    name = path.name.lower()
-    if name.endswith(".vhdr"):
-        keys = {"DataFile": "data", "MarkerFile": "markers"}
-        text = path.read_text(encoding="utf-8", errors="replace")
-        named = {keys[m[1]]: m[2].strip() for m in re.finditer(r"^(DataFile|MarkerFile)=(.*)$", text, re.MULTILINE)}
-        files = {label: path.parent / file.replace("$b", path.stem) for label, file in named.items() if file}
-    elif name.endswith(".set"):
-        files = {"fdt": path.with_suffix(".fdt")}
-    elif name.endswith(".fif"):
-        parts = re.compile(re.escape(path.stem) + r"-\d+\.fif")
-        files = {p.name.removeprefix(path.stem): p for p in path.parent.iterdir() if parts.fullmatch(p.name)}
-    else:
-        files = {}
-    return {label: file for label, file in files.items() if file.is_file()}
 
 
 def _subjects(pattern: str) -> list[str]:

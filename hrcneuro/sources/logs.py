@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.paradigm.design import MOVE
 from hrcneuro.sources import words
-from hrcneuro.sources.layout import dataset_files, refuse_pointer
+from hrcneuro.sources.layout import dataset_files
+from hrcneuro.sources.pointers import refuse_pointer
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -19,7 +19,7 @@ _GZIP = b"\x1f\x8b"
 _UNITS = {"microvolts": "uV", "uv": "uV", "millivolts": "mV", "mv": "mV", "volts": "V", "v": "V"}
 
 
-def read_xdf(path: Path, *, stream: str = "") -> Recording:
+def read(path: Path, *, stream: str = "") -> Recording:
     """Return the EEG stream of an XDF file, with the markers of every marker stream on its samples.
 
     The sampling rate is the nominal one; onsets are placed by the synchronised clocks, so that a clock that runs
