@@ -88,7 +88,8 @@ def report(options: Options) -> int:
     place = Workdir(options.workdir).results / "report.html"
     if options.dry_run:
         drawn = [item for item in bring.planned(options, settings) if item.draws and not item.state.done]
-        talk.say(f"would draw {', '.join(f'{i.stage} {i.unit}' for i in drawn) or 'nothing'}, and write {place}")
+        talk.say(f"would draw {', '.join(f'{i.stage} {i.unit}' for i in drawn) or 'nothing'}")
+        talk.say(f"would write {place}")
     else:
         with bring.logged("report", options, settings) as log:
             items = bring.planned(options, settings) if options.no_figures else bring.draw(options, settings, log)
