@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: all smoke test lint docs bench clean
+.PHONY: all smoke test lint docs bench cases clean
 .DEFAULT_GOAL := all
 
 all: $(VENV)/ready            ## the whole synthetic study of 12 subjects, ending with results/report.html
@@ -30,6 +30,9 @@ docs: $(VENV)/ready           ## the documentation, every link checked, as build
 
 bench: $(VENV)/ready          ## speed and memory against the tools that users would pick instead
 	for bench in benchmarks/bench_*.py; do $(BIN)/python $$bench || exit 1; done
+
+cases: $(VENV)/ready         ## small recordings that once broke the product, from FOLDER, as a table
+	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases/eeg)
 
 clean:
 	rm -rf $(VENV) work cache results build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
