@@ -2,5 +2,6 @@
 
 Read in this order: :mod:`grid`, :mod:`paths`, :mod:`owners`, :mod:`partners`, :mod:`episode`, :mod:`timing`,
 :mod:`session`, whose parameters are in :mod:`params`; :mod:`conditions` labels moves of logs and simulations alike;
-:mod:`rules` checks both, by :mod:`measures` of what :mod:`retrace` finds between a table's lines.
+:mod:`rules` checks both, by :mod:`measures` and :mod:`path_measures` of what :mod:`retrace` finds between a table's
+lines.
 """

@@ -11,7 +11,6 @@ from hrcneuro.paradigm.design import T_F_S
 from hrcneuro.paradigm.grid import INNER, OPPOSITE, STEPS
 from hrcneuro.paradigm.owners import DIRECTION_PAIRS
 from hrcneuro.paradigm.partners import ROBOT_CHOICE
-from hrcneuro.paradigm.paths import PAIRS
 from hrcneuro.paradigm.retrace import RetracedStudy
 
 
@@ -168,44 +167,7 @@ def _diagonal(moves: pd.DataFrame) -> pd.Series:
     return moves["target"].str.len() == 2
 
 
-# Paths
-
-
-def misplaced_ends(study: RetracedStudy) -> float:
-    """Return the number of episodes whose start and goal are none of the 20 pairs."""
-    ends = zip(study.episodes["start"], study.episodes["goal"], strict=True)
-    return sum(pair not in PAIRS for pair in ends)
-
-
-def end_pairs(study: RetracedStudy) -> float:
-    """Return how well chance explains the spread of start and goal over the 20 pairs."""
-    ends = pd.Series(list(zip(study.episodes["start"], study.episodes["goal"], strict=True)))
-    counts = ends.value_counts().to_dict()
-    return chance(pd.Series([counts.get(pair, 0) for pair in PAIRS]))
-
-
-def mean_distance(study: RetracedStudy) -> float:
-    """Return the mean Manhattan distance from start to goal."""
-    return study.episodes["distance"].mean()
-
-
-def sd_distance(study: RetracedStudy) -> float:
-    """Return its standard deviation."""
-    return study.episodes["distance"].std()
-
-
-def share_of(study: RetracedStudy, *, column: str, value: int) -> float:
-    """Return the share of paths with a value: of their turns or steps."""
-    return (study.episodes[column] == value).mean()
-
-
-def odd_paths(study: RetracedStudy) -> float:
-    """Return the number of paths that cross themselves, have another length or number of turns, or a wrong detour."""
-    paths = study.episodes
-    detour = paths["steps"] > paths["distance"]
-    wrong = (paths["revisits"] > 0) | ~paths["steps"].isin([7, 8, 9]) | ~paths["turns"].isin([1, 2, 3])
-    wrong |= detour & ((paths["steps"] != 9) | (paths["distance"] != 7) | (paths["turns"] < 2))
-    return (wrong | (paths["border"] & ~detour)).sum()
+# Episodes
 
 
 def not_arrived(study: RetracedStudy) -> float:

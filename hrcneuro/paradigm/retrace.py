@@ -14,7 +14,7 @@ import pandas as pd
 from hrcneuro.paradigm.conditions import EPISODE
 from hrcneuro.paradigm.grid import OPPOSITE, STEPS, Tile, beyond, distance, inside, move, on_border, region, toward
 from hrcneuro.paradigm.owners import TILES
-from hrcneuro.paradigm.paths import count_turns
+from hrcneuro.paradigm.paths import count_turns, legs, splits
 
 _CLOCKWISE = "".join(STEPS)
 
@@ -36,7 +36,8 @@ def retrace(tables: Mapping[str, pd.DataFrame]) -> RetracedStudy:
     the path), jump (the tile does not follow from the executed direction), slip (where an error went: ``left``,
     ``opposite`` or ``right`` of the intended direction, None where a corner hides it) and owner (who owns the target's
     direction in iC: ``human``, ``robot``, ``split``, None where the block does not show it, and in sC).
-    ``episodes`` has start, goal, distance, steps, turns, moves, border and revisits of each path, and arrived.
+    ``episodes`` has scenario, arrived and, of each path, its tiles (path), start, goal, distance, steps, turns, moves,
+    border, revisits, first_axis (as ``paths.trace`` takes it) and splits (of the axes that are walked in two legs).
     ``blocks`` has scenario, conflicts (rows that contradict a block's owners) and, for sC, human_tiles, robot_tiles
     (the tiles seen) and torn (an area that cannot be in one piece); for iC the human's directions as a string, or None.
     """
@@ -71,11 +72,15 @@ def _retrace_paths(moves: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
         ends = zip(starts, executed, rows, cols, strict=True)
         jump += [(row, col) != (move(tile, step) if step in STEPS else tile) for tile, step, row, col in ends]
         facts = {
+            "scenario": part["scenario"].iloc[0],
             "start": path[0],
             "goal": path[-1],
+            "path": path,
             "distance": distance(path[0], path[-1]),
             "steps": len(path) - 1,
             "turns": count_turns(path),
+            "first_axis": next((int(way in "EW") for way, _ in legs(path)), None),
+            "splits": splits(path),
             "moves": len(part),
             "border": any(map(on_border, path)),
             "revisits": len(path) - len(set(path)),

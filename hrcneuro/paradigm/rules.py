@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import pandas as pd
 
 from hrcneuro import published
 from hrcneuro.paradigm import measures as m
+from hrcneuro.paradigm import path_measures as paths
 from hrcneuro.paradigm.retrace import RetracedStudy, retrace
 
 PAIR_COUNTS = {
@@ -26,6 +28,9 @@ AFTER_ERROR = {
     "iC": {"HH": 0.27, "HR": 0.03, "RR": 0.26, "RH": 0.68},
 }
 """Share of the pairs' tr−1 that follow an error, in the logs."""
+
+LEAST_CHANCE = 0.0001
+"""Least probability at which chance still explains a spread: 0.001 for all ten or so rules of the kind together."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,8 @@ def check_rules(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     study = retrace(tables)
     timed = {"onset_s", "t_f_s"} <= set(study.moves) and bool(study.moves["onset_s"].notna().all())
     rows = []
-    for rule in (*_errors(), *_responsibility(), *_keys(), *_paths(), *_pairs(), *(_timing() if timed else ())):
+    rules = (_errors, _responsibility, _keys, _paths, _joint_paths, _episodes, _pairs, *([_timing] if timed else []))
+    for rule in chain.from_iterable(part() for part in rules):
         measured = float(rule.measure(study))
         ok = rule.low - 1e-9 <= measured <= rule.high + 1e-9
         rows.append({"rule": rule.text, "measured": measured, "target": _limits(rule), "ok": ok})
@@ -63,6 +69,10 @@ def _limits(rule: Rule) -> str:
 
 def _near(text: str, target: float, tolerance: float, measure: Callable[[RetracedStudy], float]) -> Rule:
     return Rule(text, target - tolerance, target + tolerance, measure)
+
+
+def _by_chance(text: str, measure: Callable[[RetracedStudy], float]) -> Rule:
+    return Rule(text, LEAST_CHANCE, 1, measure)
 
 
 def _never(text: str, measure: Callable[[RetracedStudy], float]) -> Rule:
@@ -93,7 +103,7 @@ def _responsibility() -> Iterator[Rule]:
     yield _never("targets that do not point to the pending tile", m.off_path)
     yield _never("iC: straight moves not by the owner of their direction", partial(m.conflicts, scenario="iC"))
     yield _never("iC: diagonals not by their owner, or split and not the robot's way", m.diagonal_exceptions)
-    yield Rule("iC: chance explains the spread over six pairs of directions (p)", 0.001, 1, m.direction_pairs)
+    yield _by_chance("iC: chance explains the spread over six pairs of directions (p)", m.direction_pairs)
     yield _never("sC: moves not by the owner of the tile", partial(m.conflicts, scenario="sC"))
     yield _never("sC: areas in pieces or above 30 tiles", m.areas_too_large)
     yield _never("free diagonals on which the robot leaves its fixed way", m.robot_exceptions)
@@ -110,16 +120,49 @@ def _keys() -> Iterator[Rule]:
 
 
 def _paths() -> Iterator[Rule]:
-    yield _never("episodes whose start and goal are none of the 20 pairs", m.misplaced_ends)
-    yield Rule("chance explains the spread over 20 pairs of start and goal (p)", 0.001, 1, m.end_pairs)
-    yield _near("distance from start to goal, mean", 7.20, 0.04, m.mean_distance)
-    yield _near("distance from start to goal, SD", 0.40, 0.03, m.sd_distance)
+    yield _never("episodes whose start and goal are none of the 20 pairs", paths.misplaced_ends)
+    yield _by_chance("chance explains the spread over 20 pairs of start and goal (p)", paths.end_pairs)
+    yield _near("distance from start to goal, mean", 7.20, 0.04, paths.mean_distance)
+    yield _near("distance from start to goal, SD", 0.40, 0.03, paths.sd_distance)
     for turns in (1, 2, 3):
-        share = partial(m.share_of, column="turns", value=turns)
+        share = partial(paths.share_of, column="turns", value=turns)
         yield _near(f"share of paths with {turns} turn{'s' * (turns > 1)}", 1 / 3, 0.045, share)
     for steps, target in {7: 0.70, 8: 0.20, 9: 0.10}.items():
-        yield _near(f"share of paths of {steps} steps", target, 0.04, partial(m.share_of, column="steps", value=steps))
-    yield _never("paths that cross themselves, or with a wrong detour", m.odd_paths)
+        yield _near(
+            f"share of paths of {steps} steps", target, 0.04, partial(paths.share_of, column="steps", value=steps)
+        )
+    yield _never("paths that cross themselves, or with a wrong detour", paths.odd_paths)
+    yield _never("splits of an axis that the experiment does not make", paths.odd_splits)
+    for text, ways, steps, first in (
+        ("three steps south or east that are 1 + 2", "SE", 3, 1),
+        ("three steps north or west that are −1 + 4", "NW", 3, -1),
+        ("four steps that are 3 + 1", "NESW", 4, 3),
+    ):
+        share = partial(paths.split_share, ways=ways, steps=steps, first=first)
+        yield _near(f"share of splits of {text}", 1 / 2, 0.09, share)
+
+
+def _joint_paths() -> Iterator[Rule]:
+    yield _near("different paths of a study", 277, 5, paths.distinct_paths)
+    yield _near("paths that occur once", 11, 10, paths.single_paths)
+    yield _by_chance("chance explains the spread over 280 paths (p)", paths.spread_over_paths)
+    yield _by_chance("the splits of both axes of a path are independent (p)", paths.joint_splits)
+    for a, b, text in (
+        ("turns", "start", "turns and start"),
+        ("first_axis", "turns", "axis of the first leg and turns"),
+        ("first_axis", "start", "axis of the first leg and start"),
+        ("turns", "scenario", "turns and scenario"),
+        ("start", "scenario", "start and scenario"),
+        ("turns", "subject", "turns and subject"),
+        ("start", "subject", "start and subject"),
+    ):
+        yield _by_chance(f"{text} are independent (p)", partial(paths.independence, a=a, b=b))
+    yield _near("share of paths that were walked before in their block", 0.027, 0.015, paths.again_in_block)
+    yield _near("share of episodes with the ends of the one before", 1 / 20, 0.02, paths.same_ends_again)
+    yield _near("share of episodes that start on the last one's goal", 0.11, 0.03, paths.goal_is_next_start)
+
+
+def _episodes() -> Iterator[Rule]:
     yield _never("episodes that do not end on the goal tile", m.not_arrived)
     yield _near("moves of an episode, mean", 13.8, 0.6, m.moves_per_episode)
     yield _near("moves of an episode, SD", 5.2, 1.0, m.sd_moves_per_episode)

@@ -1,12 +1,17 @@
 """Every rule of the experiment on logs and simulations, and the checker itself on studies that break one."""
 
+from collections import Counter
+from dataclasses import replace
+from itertools import accumulate, cycle
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from hrcneuro.paradigm.conditions import annotate
+from hrcneuro.paradigm.paths import count_turns, splits
 from hrcneuro.paradigm.retrace import retrace
-from hrcneuro.paradigm.rules import check_rules
+from hrcneuro.paradigm.rules import _joint_paths, _paths, check_rules
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 
 
@@ -35,6 +40,10 @@ def test_what_was_retraced_from_the_logs(logs):
     assert paths["turns"].value_counts().to_dict() == {1: 678, 2: 661, 3: 653}
     assert paths["steps"].value_counts().to_dict() == {7: 1401, 8: 395, 9: 196}
     assert paths["border"].sum() == 95
+    assert (paths["path"].nunique(), (paths["path"].value_counts() == 1).sum()) == (278, 12)
+    splits = Counter((split.way, split.first) for row in paths["splits"] for split in row if split.steps == 3)
+    south_east = {("S", 1): 95, ("S", 2): 84, ("E", 1): 116, ("E", 2): 92}
+    assert splits == south_east | {("N", -1): 88, ("N", 2): 88, ("W", -1): 108, ("W", 2): 113}
     assert sorted(study.blocks["directions"].value_counts()) == [8, 11, 12, 16, 18, 19]
     owner, diagonal = study.moves["owner"], study.moves["target"].str.len() == 2
     assert owner[diagonal].value_counts().to_dict() == {"split": 1432, "human": 396, "robot": 304}
@@ -146,6 +155,56 @@ def test_an_episode_without_its_end_is_seen(study):
 def test_another_habit_is_seen(params, rule):
     tables = {f"s{i:02d}": simulate_session(params, rng=np.random.default_rng([5, i])) for i in range(4)}
     assert rule in failed(tables)
+
+
+@pytest.fixture(scope="module")
+def retraced(study):
+    """The simulated study, retraced."""
+    return retrace(study)
+
+
+def broken_by(retraced, paths):
+    """The rules of paths that the study breaks when its episodes have these paths."""
+    episodes = retraced.episodes.assign(
+        path=paths,
+        start=[path[0] for path in paths],
+        goal=[path[-1] for path in paths],
+        turns=[count_turns(path) for path in paths],
+        splits=[splits(path) for path in paths],
+    )
+    changed = replace(retraced, episodes=episodes)
+    rules = [*_paths(), *_joint_paths()]
+    return {rule.text for rule in rules if not rule.low <= rule.measure(changed) <= rule.high}
+
+
+def test_the_way_of_a_split_matters(retraced):
+    # Mirrored at the grid's centre every path keeps its turns, steps and border tiles, but leads the other way.
+    mirrored = [tuple((6 - row, 6 - column) for row, column in path) for path in retraced.episodes["path"]]
+    assert "splits of an axis that the experiment does not make" in broken_by(retraced, mirrored)
+
+
+def test_turns_that_know_of_the_start_are_seen(retraced):
+    paths = retraced.episodes["path"].tolist()
+    straight = cycle(path for path in paths if count_turns(path) == 1 and path[0][0] > 3)
+    broken = broken_by(retraced, [next(straight) if path[0][0] > 3 else path for path in paths])
+    assert {"turns and start are independent (p)", "chance explains the spread over 280 paths (p)"} <= broken
+
+
+def test_splits_that_know_of_each_other_are_seen(retraced):
+    paths = retraced.episodes["path"].tolist()
+    alike = cycle(path for path in paths if len({split.first == 2 for split in splits(path)}) == 1 < len(splits(path)))
+    broken = broken_by(retraced, [path if count_turns(path) < 3 else next(alike) for path in paths])
+    assert "the splits of both axes of a path are independent (p)" in broken
+
+
+def test_paths_that_know_of_the_one_before_are_seen(retraced):
+    paths = retraced.episodes["path"].tolist()
+    twice = broken_by(retraced, [paths[number - number % 2] for number in range(len(paths))])
+    assert "share of paths that were walked before in their block" in twice
+    assert "share of episodes with the ends of the one before" in twice
+    from_there = {start: cycle(path for path in paths if path[0] == start) for start in {path[0] for path in paths}}
+    onward = list(accumulate(paths, lambda last, _: next(from_there[last[-1]])))
+    assert "share of episodes that start on the last one's goal" in broken_by(retraced, onward)
 
 
 def test_torn_areas_are_seen(study):

@@ -1,5 +1,6 @@
 """Paths, areas and owners hold their rules for every draw; the path generator knows every class of path in the logs."""
 
+from collections import Counter
 from itertools import pairwise, product
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.paradigm.grid import (
+    OPPOSITE,
     STEPS,
     TARGETS,
     beyond,
@@ -30,7 +32,7 @@ from hrcneuro.paradigm.owners import (
     draw_directions,
     wrong_keys,
 )
-from hrcneuro.paradigm.paths import PAIRS, count_turns, draw_path, trace
+from hrcneuro.paradigm.paths import PAIRS, Split, count_turns, draw_path, splits, trace
 
 seeds = st.integers(0, 2**32 - 1)
 tiles = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -73,7 +75,7 @@ def test_there_are_twenty_pairs_of_start_and_goal_at_a_mean_distance_of_7_2():
 
 
 @settings(deadline=None)
-@given(st.sampled_from(PAIRS), st.integers(1, 3), st.integers(0, 1), st.tuples(st.integers(0, 3), st.integers(0, 3)))
+@given(st.sampled_from(PAIRS), st.integers(1, 3), st.integers(0, 1), st.tuples(st.integers(0, 1), st.integers(0, 1)))
 def test_every_path_joins_its_ends_with_its_turns_and_never_crosses_itself(pair, turns, axis, picks):
     path = trace(*pair, turns=turns, first_axis=axis, picks=picks)
     assert (path[0], path[-1]) == pair
@@ -85,9 +87,46 @@ def test_every_path_joins_its_ends_with_its_turns_and_never_crosses_itself(pair,
     assert steps > least or not any(map(on_border, path))
 
 
+def every_path():
+    """The paths of all choices of the generator, each choice once: a path comes as often as its probability says."""
+    choices = product(PAIRS, (1, 2, 3), (0, 1), product(range(2), repeat=2))
+    return [trace(*pair, turns=turns, first_axis=axis, picks=picks) for pair, turns, axis, picks in choices]
+
+
+def test_there_are_280_paths_14_for_each_pair_of_ends():
+    different = set(every_path())
+    assert len(different) == 280
+    assert set(Counter((path[0], path[-1]) for path in different).values()) == {14}
+
+
+def test_an_axis_splits_by_its_direction_in_two_equally_likely_ways():
+    # As in all 784 logged splits of three steps and all 1183 of four.
+    seen = Counter((split.way, split.steps, split.first) for path in every_path() for split in splits(path))
+    for way, firsts in {"S": (1, 2), "E": (1, 2), "N": (-1, 2), "W": (-1, 2)}.items():
+        counts = {first: count for (there, steps, first), count in seen.items() if (there, steps) == (way, 3)}
+        assert tuple(sorted(counts)) == firsts
+        assert len(set(counts.values())) == 1
+        assert seen[way, 4, 2] == seen[way, 4, 3] > 0
+    assert all(split.known for path in every_path() for split in splits(path))
+
+
+@pytest.mark.parametrize(
+    ("way", "steps", "first", "known"),
+    [("S", 3, 1, True), ("N", 3, 1, False), ("W", 3, -1, True), ("E", 3, -1, False), ("E", 4, 1, False)],
+)
+def test_a_split_is_known_only_where_its_axis_leads(way, steps, first, known):
+    row, column = 6 * (way == "N"), 6 * (way == "W")
+    tiles = [(row, column)]
+    side = "E" if way in "NS" else "S"
+    for leg in ((way if first > 0 else OPPOSITE[way], abs(first)), (side, 1), (way, steps - first)):
+        for _ in range(leg[1]):
+            tiles.append(beyond(tiles[-1], leg[0]))
+    assert splits(tuple(tiles)) == [Split(way, steps, first)]
+    assert splits(tuple(tiles))[0].known == known
+
+
 def test_equally_likely_choices_give_the_logged_shares_of_turns_steps_and_detours():
-    choices = product(PAIRS, (1, 2, 3), (0, 1), product(range(4), repeat=2))
-    paths = [trace(*pair, turns=turns, first_axis=axis, picks=picks) for pair, turns, axis, picks in choices]
+    paths = every_path()
     steps = np.array([len(path) - 1 for path in paths])
     border = np.array([any(map(on_border, path)) for path in paths])
     # 1992 logged paths: 1401, 395 and 196 of 7, 8 and 9 steps, 95 on the border; three standard errors.
