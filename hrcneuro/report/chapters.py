@@ -10,8 +10,10 @@ import numpy as np
 
 from hrcneuro.contract import GROUP
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
+from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
+from hrcneuro.tables.decode import ABOVE
 
 Values = Mapping[str, Any]
 
@@ -87,9 +89,11 @@ def _decoding(results: Results) -> Values:
     for name in names:
         rows = table2[table2["decoder"] == name]
         decoders.append({"name": name, "table_2": _table_2(rows), "strata": _strata(rows)})
+    printed = bool(np.isfinite(table2["published_mean"].astype(float)).any())
     return {
-        "title": "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects",
+        "title": "Table 2" if printed else "All subjects",
         "decoders": decoders,
+        "guessing": guessing(results) if printed else "",
         "tests": _tests(tests),
         "compared": _compared(compared, names[0]) if compared is not None and len(compared) else None,
         "subjects": _subjects(subjects),
@@ -162,12 +166,18 @@ def _tests(tests: Any) -> PageTable:
             f"{r['bacc']:.1f}",
             _p(r["p"]),
             _p(r["p_holm"]),
-            *({True: "yes", False: "no"}.get(r[name], "-") for name in ("above_chance", "published_above")),
+            *(_above(r, rate) for rate in ABOVE),
         ]
         for r in tests.to_dict("records")
     ]
-    head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)", "ACC above chance"]
-    return PageTable([*head, "published"], rows)
+    head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)"]
+    return PageTable([*head, *(f"p, {_MEASURES[rate]} above chance" for rate in ABOVE)], rows)
+
+
+def _above(row: Mapping[str, Any], rate: str) -> Cell:
+    """Return a rate's p value against the chance level, and below it what the paper prints."""
+    printed = {True: "published: significant", False: "published: not significant"}.get(row[f"published_{rate}"], "")
+    return NotedCell(_p(row[f"p_{rate}"]), printed) if printed else _p(row[f"p_{rate}"])
 
 
 def _subjects(subjects: Any) -> PageTable:

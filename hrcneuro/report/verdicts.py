@@ -11,8 +11,10 @@ from hrcneuro import published
 from hrcneuro.report.results import Results
 
 AGREES, DIFFERS, PLANTED, OPEN, MISSING = "agrees", "differs", "by construction", "not testable", "not run"
+CHOSEN = "agrees, by our choice of reading"
 VERDICTS = {
     AGREES: "this run shows what the paper prints, and could have shown something else",
+    CHOSEN: "it does, but the paper can be read in several ways, and the one was chosen that gives this figure",
     DIFFERS: "it does not",
     PLANTED: "it does, but the data were simulated so as to give it: agreement is no evidence",
     OPEN: "these data cannot tell, for the reason given",
@@ -30,9 +32,11 @@ class Measured:
     Attributes:
         text: This run's figure.
         agrees: Whether it fits; None where that cannot be told, ``why`` says for what reason.
-        rests_on: ``eeg``, ``behaviour``, ``model`` or ``arithmetic``: what must be real for agreement to be evidence.
+        rests_on: What must be real for agreement to be evidence: ``eeg``, ``behaviour``, ``arm``, ``model`` or
+            ``arithmetic``.
         why: The criterion or the reason, in a few words.
         planted: False where a simulated recording has no such effect in it, so that it cannot tell.
+        reading: What of the paper was read so as to give the printed figure; empty where nothing was.
     """
 
     text: str
@@ -40,6 +44,7 @@ class Measured:
     rests_on: str = "eeg"
     why: str = ""
     planted: bool = True
+    reading: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,8 @@ class Grounds:
             return OPEN, "the simulation has no such effect in it"
         if not measured.agrees:
             return DIFFERS, measured.why
+        if real and measured.reading:
+            return CHOSEN, f"{measured.why}; chosen so as to give it: {measured.reading}"
         return (AGREES if real else PLANTED), measured.why
 
 
@@ -85,6 +92,7 @@ def grounds(results: Results) -> Grounds:
     # The paper's own rates are no result of this run; rates decoded from a simulation are circular.
     settings = results.settings.sections["simulate"]
     real["model"] = settings.rates == "paper" or real["eeg"]
+    real["arm"] = not results.settings.sections["robot"].simulated
     real["arithmetic"] = True
     return Grounds(real, _short(results))
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, Grounds, Measured, near
+from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, MISSING, OPEN, PLANTED, Grounds, Measured, near
 
 REAL = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": True}, {})
 SIMULATED = Grounds({"eeg": False, "behaviour": False, "model": True, "arithmetic": True}, {})
@@ -37,6 +37,16 @@ SHORT = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": Tr
 )
 def test_verdict_follows_from_what_is_real_and_large_enough(grounds, agrees, rests_on, planted, expected):
     assert grounds.verdict(Measured("x", agrees, rests_on, "why", planted))[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("grounds", "agrees", "expected"),
+    [(REAL, True, CHOSEN), (REAL, False, DIFFERS), (REAL, None, OPEN), (SIMULATED, True, PLANTED)],
+)
+def test_a_figure_that_its_reading_was_chosen_for_does_not_plainly_agree(grounds, agrees, expected):
+    verdict, why = grounds.verdict(Measured("x", agrees, "behaviour", "as printed", reading="what counts as a trial"))
+    assert verdict == expected
+    assert ("what counts as a trial" in why) == (expected == CHOSEN)
 
 
 def test_what_has_not_run_is_said_to_be_missing():
