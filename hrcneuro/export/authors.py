@@ -18,7 +18,7 @@ import numpy as np
 from hrcneuro.errors import ConfigError, StageError
 from hrcneuro.export.eeglab import Event, require_eeglabio, write_set
 from hrcneuro.sources.formats.statements import set_comments
-from hrcneuro.sources.origin import Origins, mark
+from hrcneuro.sources.origin import Origins, mark_of
 from hrcneuro.sources.recording import reference_of
 
 if TYPE_CHECKING:
@@ -93,11 +93,11 @@ def export_subject(
         raw = read_raw(recording)
         reference = reference_of(raw)
         about = f"reference of the recording: {reference}" if reference else "reference not stated"
-        comments = "; ".join(text for text in (mark(origins).rstrip("."), about, written) if text)
+        comments = "; ".join(text for text in (mark_of(origins).rstrip("."), about, written) if text)
         events = [*_onsets(moves, raw.info["sfreq"]), *_marks(raw)]
         left_out = write_set(raw, events, new / files[0], comments=comments)
         notes = [f"channels left out: {', '.join(left_out)}"] if left_out else []
-        notes += _write_logs(moves, new, subject, mark(origins))
+        notes += _write_logs(moves, new, subject, mark_of(origins))
         if raw.info["bads"]:
             notes.append(f"the layout has no place for bad channels; name them: acquire.bads = {raw.info['bads']}")
     return account | {"state": "ran", "notes": notes}

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.sources.origin import Origins, mark
+from hrcneuro.sources.origin import Origins, mark_of
 from hrcneuro.sources.recording import reference_of
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def write_dataset(folder: Path, origins: Sequence[Origins], *, study: str, parad
         **({"ReferencesAndLinks": [_ADDRESS]} if paradigm else {}),
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
-    marks = sorted({mark(one) for one in origins} - {""})
+    marks = sorted({mark_of(one) for one in origins} - {""})
     simulated = f" ({marks[0].partition(':')[0].lower()} data)" if marks else ""
     origin = "\n\n".join(marks or sorted({f"The EEG is {one.eeg}." for one in origins}))
     _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
@@ -161,7 +161,7 @@ def _write_recording(raw: mne.io.BaseRaw, root: Path, subject: Subject, *, task:
 
     raw.set_meas_date(None)
     raw.info["line_freq"] = line_hz
-    name, reference, origin = subject.name, reference_of(raw) or "n/a", mark(subject.origins)
+    name, reference, origin = subject.name, reference_of(raw) or "n/a", mark_of(subject.origins)
     raw.info["description"] = None
     where = mne_bids.BIDSPath(subject=label(name), task=task, datatype="eeg", root=root)
     with _quiet():

@@ -13,6 +13,7 @@ from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
+from hrcneuro.sources.origin import Origins
 from hrcneuro.tables.decode import ABOVE
 
 Values = Mapping[str, Any]
@@ -41,8 +42,7 @@ def _recordings(results: Results) -> Values:
     rows: list[list[Cell]] = []
     for unit in results.units("acquire"):
         s = results.summary("acquire", unit)
-        real = s.get("real", {})
-        kind = "real" if real.get("eeg") else "synthetic EEG, real behaviour" if real.get("behaviour") else "synthetic"
+        kind = _kind(Origins.of(s.get("origin", {})))
         channels = ", ".join(f"{n} {name}" for name, n in sorted(s.get("channels", {}).items()))
         events = ", ".join(f"{n} {name}" for name, n in sorted(s.get("events", {}).items()))
         out = "" if unit in results.settings.included else "excluded"
@@ -50,6 +50,14 @@ def _recordings(results: Results) -> Values:
         rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
     head = ["subject", "data", "channels", "rate", "length", "events", "note"]
     return {"recordings": PageTable(head, rows)}
+
+
+def _kind(origins: Origins) -> str:
+    """Return where a subject's data come from, in a few words."""
+    whose = f" (the study's {origins.log})" if origins.log else ""
+    if origins.eeg is origins.behaviour:
+        return f"{origins.eeg}{whose}"
+    return f"EEG {origins.eeg}, behaviour {origins.behaviour}{whose}"
 
 
 def _quality(results: Results) -> Values:

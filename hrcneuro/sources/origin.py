@@ -1,6 +1,6 @@
 """Where data come from: people, a simulation, or nobody knows; and the mark by which a simulation stays known.
 
-Whatever writes simulated data writes :func:`mark` into each file that has room for words, and whatever reads a
+Whatever writes simulated data writes :func:`mark_of` into each file that has room for words, and whatever reads a
 recording looks for it. The authors' logs have no such room and need none: they are known by their content.
 """
 
@@ -55,8 +55,8 @@ def vouched(origins: Origins, recorded: bool) -> Origins:
     """Return the origins where a person vouches that people were recorded; a mark of a simulation stands."""
     if not recorded:
         return origins
-    known = (Origin.REAL if one is Origin.UNKNOWN else one for one in (origins.eeg, origins.behaviour))
-    return Origins(*known, origins.log)
+    eeg, behaviour = (Origin.REAL if one is Origin.UNKNOWN else one for one in (origins.eeg, origins.behaviour))
+    return Origins(eeg, behaviour, origins.log)
 
 
 UNKNOWN = Origins(Origin.UNKNOWN, Origin.UNKNOWN)
@@ -68,7 +68,7 @@ _FOUND = re.compile(r"(?<![A-Za-z-])(SEMI-)?SYNTHETIC:.{0,200}?hrcneuro", re.DOT
 _ONCE = re.compile(r"source: (semi)?synthetic;.*hrcneuro acquire", re.DOTALL)
 
 
-def mark(origins: Origins) -> str:
+def mark_of(origins: Origins) -> str:
     """Return the sentence that an export of these data carries; empty where no EEG was simulated."""
     if origins.eeg is not Origin.SYNTHETIC:
         return ""

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import DataError
-from hrcneuro.sources.origin import UNKNOWN, Origins, mark
+from hrcneuro.sources.origin import UNKNOWN, Origins, mark_of
 
 if TYPE_CHECKING:
     import mne
@@ -150,7 +150,7 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
 
     info = mne.create_info(recording.ch_names, recording.sfreq, recording.ch_types, verbose="error")
     info["description"] = "\n".join(
-        text for text in (reference and f"{_REFERENCE}{reference}", mark(recording.origins)) if text
+        text for text in (reference and f"{_REFERENCE}{reference}", mark_of(recording.origins)) if text
     )
     info["bads"] = list(recording.bads)
     raw = mne.io.RawArray(recording.data, info, verbose="error")
