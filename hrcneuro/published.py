@@ -143,18 +143,30 @@ TRIALS = {
     case: Printed("2.5.1", f"trials {case}, tr-1 and tr, a subject", MeanSd(mean, sd), "each")
     for case, mean, sd in (("HH", 611, 43), ("HR", 148, 14), ("RR", 530, 25), ("RH", 212, 22))
 }
-SEQUENTIAL_SHARE = Printed("2.5.1", "share of the trials in sC", 0.5, words="about half")
+SEQUENTIAL_SHARE = Printed("2.5.1", "share of a condition's trials in sC", 0.5, words="about half")
+MISTAKES = Printed(
+    "2.2", "mistakes (errors) and takeovers", "not every mistake leads to a takeover; human or robot corrects it"
+)
+TRIGGER_TIMING = Printed(
+    "2.3.4", "latency and jitter between motion and trigger", "small enough not to compromise the analyses"
+)
 ERP_HR_HH_BEFORE = Printed("2.6.1, Fig 2A", "ERP, HR against HH before", _NOTHING)
 ERP_HR_HH_AFTER = Printed("2.6.1, Fig 2B", "ERP, HR against HH after", _NOTHING)
-ERP_RH_RR_BEFORE = Printed("2.6.1, 4.1, Fig 2C", "ERP, RH against RR before", "prefrontal, 500 ms, p < 0.05")
+ERP_RH_RR_BEFORE = Printed("2.6.1, 4.1, Fig 2C", "ERP, RH against RR before", "larger, prefrontal, 500 ms, p < 0.05")
 ERP_RH_RR_AFTER = Printed("2.6.1, Fig 2D", "ERP, RH against RR after", _NOTHING)
 ERP_RH_RR_BEFORE_SC = Printed("2.6.1, Fig 3A", "ERP, RH against RR before, sC", _NOTHING)
-ERP_RH_RR_BEFORE_IC = Printed("2.6.1, Fig 3B", "ERP, RH against RR before, iC", "significant, p < 0.05")
+ERP_RH_RR_BEFORE_IC = Printed("2.6.1, Fig 3B", "ERP, RH against RR before, iC", "as in Fig 2C, p < 0.05")
+ERP_ALIKE = Printed("2.6.1, Fig 3", "ERP and its maps, sC beside iC", "qualitatively comparable")
+TIME_AND_PHASE = Printed("4.1", "RH against RR before, about 500 ms", "both time- and phase-locked to the onset")
 ERSP_HR_HH_BEFORE = Printed("Fig 2A", "ERSP, HR against HH before", _NOTHING)
-ERSP_HR_HH_AFTER = Printed("2.6.1, Fig 2B", "ERSP, HR against HH after", "alpha, motor areas, p < 0.05")
-ERSP_RH_RR_BEFORE_ALPHA = Printed("2.6.1, Fig 2C", _RH_RR, "alpha, motor areas, from 700 ms, p < 0.05")
-ERSP_RH_RR_BEFORE_THETA = Printed("2.6.1, Fig 2C", _RH_RR, "theta, prefrontal, 500 ms, p < 0.05")
-ERSP_RH_RR_AFTER = Printed("2.6.1, Fig 2D", "ERSP, RH against RR after", "beta, left temporal, 600 ms, p < 0.05")
+ERSP_HR_HH_AFTER = Printed(
+    "2.6.1, 4.1, Fig 2B", "ERSP, HR against HH after", "less alpha with an own action, motor areas, p < 0.05"
+)
+ERSP_RH_RR_BEFORE_ALPHA = Printed("2.6.1, 4.1, Fig 2C", _RH_RR, "less alpha, motor areas, from 700 ms, p < 0.05")
+ERSP_RH_RR_BEFORE_THETA = Printed("2.6.1, 4.1, Fig 2C", _RH_RR, "theta, prefrontal, 500 ms, p < 0.05")
+ERSP_RH_RR_AFTER = Printed(
+    "2.6.1, 4.1, Fig 2D", "ERSP, RH against RR after", "more beta, left temporal, mostly 600 ms, p < 0.05"
+)
 ERSP_SCENARIOS_ALPHA = Printed("2.6.1, Fig 3", _RH_RR, "alpha, motor areas, in sC and iC")
 ERSP_SCENARIOS_THETA = Printed("2.6.1, Fig 3", _RH_RR, "theta, prefrontal, in sC and iC")
 ERSP_SCENARIOS_MOTOR = Printed("2.6.1, Fig 3", "ERSP, motor areas", "stronger and earlier in sC")
@@ -187,11 +199,18 @@ TABLE_2 = {
     ("iC", "RRvsRH"): _rates("iC", "RRvsRH", (57.9, 4.3), (56.1, 3.2), (57.1, 3.7), text=", 2.6.2", headline=", 5"),
 }
 CHANCE = Printed("2.6.2, Table 2", "chance level", 54.3, "%")
+# The same keys: what is printed bold and starred is significantly above the chance level.
 ABOVE_CHANCE = {
-    (scenario, problem): Printed(
-        "Table 2", f"{problem}, {scenario}, ACC", above, words="above chance" if above else "not above chance"
-    )
-    for (scenario, problem), above in ((key, key == ("iC", "RRvsRH")) for key in TABLE_2)
+    (scenario, problem): {
+        measure: Printed(
+            "Table 2, 2.6.2",
+            f"{problem}, {scenario}, {measure.upper()}",
+            above,
+            words="significantly above chance" if above else "not significantly above chance",
+        )
+        for measure in rates
+    }
+    for (scenario, problem), rates, above in ((key, rates, key == ("iC", "RRvsRH")) for key, rates in TABLE_2.items())
 }
 
 # The robot that learns (3)

@@ -47,10 +47,11 @@ def test_text_is_value_and_unit(value, unit, text):
 
 def test_table_2_as_printed():
     # Only RR against RH in iC is starred, and it alone lies above the printed chance level.
-    starred = {key for key, above in published.ABOVE_CHANCE.items() if above.value}
-    assert starred == {("iC", "RRvsRH")}
-    means = {key: rates["acc"].value.mean for key, rates in published.TABLE_2.items()}
-    assert {key for key, mean in means.items() if mean > published.CHANCE.value} == starred
+    above = {(key, name): p.value for key, rates in published.ABOVE_CHANCE.items() for name, p in rates.items()}
+    starred = {one for one, yes in above.items() if yes}
+    assert starred == {(("iC", "RRvsRH"), name) for name in ("tnr", "tpr", "acc")}
+    means = {(key, name): p.value.mean for key, rates in published.TABLE_2.items() for name, p in rates.items()}
+    assert {one for one, mean in means.items() if mean > published.CHANCE.value} == starred
     cell = published.TABLE_2["iC", "RRvsRH"]
     assert {name: tuple(rate.value) for name, rate in cell.items()} == {
         "tnr": (57.9, 4.3),

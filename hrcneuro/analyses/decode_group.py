@@ -13,7 +13,7 @@ from hrcneuro import published
 from hrcneuro.analyses.decode_subject import as_json
 from hrcneuro.decoding import group
 from hrcneuro.io.tables import Table
-from hrcneuro.tables.decode import COMPARED, EXTRA, SCORES, SUBJECTS, TABLE2, TESTS
+from hrcneuro.tables.decode import ABOVE, COMPARED, EXTRA, SCORES, SUBJECTS, TABLE2, TESTS
 
 _KEY = {name: SCORES.columns[name] for name in ("scenario", "problem", "decoder")}
 MEASURES = ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)
@@ -54,27 +54,32 @@ def table2(scores: pd.DataFrame) -> pd.DataFrame:
 def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
     """Return the rows of ``TESTS``; Holm's correction runs over the problems of one decoder."""
     rows = []
-    for (scenario, problem, decoder), part in _groups(scores):
+    for key, part in _groups(scores):
+        scenario, problem, decoder = key
         done = part[np.isfinite(part["bacc"])]
         everyone = scores[(scores["decoder"] == decoder) & np.isfinite(scores["bacc"])]
-        above = published.ABOVE_CHANCE.get((scenario, problem))
-        acc, chance = _mean(done["acc"]), _mean(everyone["chance"])
+        printed = published.ABOVE_CHANCE.get((scenario, problem), {})
         rows.append(
             {
-                **dict(zip(_KEY, (scenario, problem, decoder), strict=True)),
+                **dict(zip(_KEY, key, strict=True)),
                 "n": len(done),
                 "bacc": _mean(done["bacc"]),
                 "p": group.sign_flip_p(done["bacc"].to_numpy(dtype=float) - 50, _rng(seed, scenario, problem, decoder)),
-                "acc": acc,
-                "chance": chance,
-                "above_chance": bool(acc > chance) if len(done) else None,
-                "published_above": None if above is None else above.value,
+                "acc": _mean(done["acc"]),
+                "chance": _mean(everyone["chance"]),
+                **{f"p_{rate}": _above_chance_p(done, rate, _rng(seed, *key, rate)) for rate in ABOVE},
+                **{f"published_{rate}": printed[rate].value if rate in printed else None for rate in ABOVE},
             }
         )
     table = pd.DataFrame(rows, columns=[name for name in TESTS.columns if name not in ("p_holm", "significant")])
     table["p_holm"] = table.groupby("decoder")["p"].transform(lambda p: group.holm(p.to_numpy(dtype=float)))
     table["significant"] = table["p_holm"].to_numpy(dtype=float) < 0.05
     return table
+
+
+def _above_chance_p(subjects: pd.DataFrame, rate: str, rng: np.random.Generator) -> float:
+    """Return how likely such rates are by chance alone: each subject's rate less that subject's chance level."""
+    return group.sign_flip_p((subjects[rate] - subjects["chance"]).to_numpy(dtype=float), rng)
 
 
 def compare_table(scores: pd.DataFrame, decoders: Sequence[str], seed: int) -> pd.DataFrame:
@@ -112,6 +117,7 @@ def summary(scores: pd.DataFrame, tests: pd.DataFrame, decoder: str) -> dict[str
             "n": row["n"],
             "p": as_json(row["p"]),
             "p_holm": as_json(row["p_holm"]),
+            "p_above_chance": {rate: as_json(row[f"p_{rate}"]) for rate in ABOVE},
         }
     lost = [f"{r['subject']} {r['scenario']} {r['problem']}" for r in first.to_dict("records") if not r["n_folds"]]
     if lost:

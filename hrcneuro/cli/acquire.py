@@ -106,6 +106,7 @@ def _export(options: Options, subjects: Sequence[str] | None, folder: Path) -> i
     from hrcneuro.errors import HrcError
     from hrcneuro.export import authors as layout
     from hrcneuro.pipeline import graph
+    from hrcneuro.sources.origin import Origins
 
     settings = bring.settings(options)
     wanted = graph.targets(settings, ["acquire"], subjects or ())
@@ -126,7 +127,7 @@ def _export(options: Options, subjects: Sequence[str] | None, folder: Path) -> i
                     item.unit,
                     key=item.key,
                     study=study,
-                    source=str(item.summary["source"]),
+                    origins=Origins.of(item.summary["origin"]),
                 )
             except HrcError as error:
                 flaw = flaw or error

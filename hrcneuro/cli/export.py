@@ -71,19 +71,23 @@ def _write(options: Options, settings: Settings, items: Sequence[Item], folder: 
     from hrcneuro.cache.store import guarded
     from hrcneuro.cli import bring
     from hrcneuro.export import bids as edge
+    from hrcneuro.sources.origin import Origins
 
     files: dict[str, dict[str, Path]] = {}
     for item in items:
         if item.state in ("hit", "ran"):
             files.setdefault(item.unit, {}).update({name: Path(path) for name, path in item.artifacts.items()})
     acquire = settings.sections["acquire"]
+    told = {i.unit: i.summary["origin"] for i in items if i.stage == "acquire" and i.unit in files}
+    origins = {name: Origins.of(one) for name, one in told.items()}
     simulated = acquire.source in ("synthetic", "semisynthetic")
     count = 0
     with guarded(folder):
-        edge.write_dataset(folder, study=settings.study.name, source=acquire.source)
+        edge.write_dataset(folder, list(origins.values()), study=settings.study.name, paradigm=acquire.source != "file")
         for name, have in files.items():
             subject = edge.Subject(
                 name,
+                origins[name],
                 have[f"{name}_raw.fif"],
                 have["trials.parquet"],
                 have.get(f"{name}_clean_raw.fif"),

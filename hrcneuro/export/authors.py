@@ -16,7 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hrcneuro.errors import ConfigError, StageError
-from hrcneuro.export.eeglab import Event, read_comments, require_eeglabio, write_set
+from hrcneuro.export.eeglab import Event, require_eeglabio, write_set
+from hrcneuro.sources.formats.statements import set_comments
+from hrcneuro.sources.origin import Origins, mark_of
+from hrcneuro.sources.recording import reference_of
 
 if TYPE_CHECKING:
     import mne
@@ -55,7 +58,7 @@ def prepare(folder: Path, subjects: list[str], *, study: str) -> None:
 
 
 def export_subject(
-    recording: Path, trials: Path, folder: Path, subject: str, *, key: str, study: str, source: str
+    recording: Path, trials: Path, folder: Path, subject: str, *, key: str, study: str, origins: Origins
 ) -> dict[str, Any]:
     """Write one subject's four files; return what a person wants to know of them.
 
@@ -66,7 +69,7 @@ def export_subject(
         subject: ``s01``.
         key: Identifies the artifacts; a folder written from the same ones is left as it is.
         study: As for :func:`prepare`.
-        source: Where the data come from, for the file's comments: nobody shall take simulated EEG for a person's.
+        origins: Where the data come from: the files say so where it is a simulation.
 
     Raises:
         ConfigError: The recording is of another paradigm, or the folder cannot be written.
@@ -75,10 +78,10 @@ def export_subject(
     from hrcneuro.io.tables import read_table
 
     home = folder / subject
-    mark = f"hrcneuro acquire {subject}, key {key}, study {study}"
+    written = f"hrcneuro acquire {subject}, key {key}, study {study}"
     files = [f"{subject}.set", f"{subject}.fdt", f"subject{subject[1:]}.csv", f"metadata{subject[1:]}.csv"]
     account: dict[str, Any] = {"folder": str(home), "files": files, "onset_event": str(ONSET_CODE)}
-    if mark in _comments(home) and all((home / name).is_file() for name in files):
+    if written in _comments(home) and all((home / name).is_file() for name in files):
         return account | {"state": "hit", "notes": []}
     moves = read_table(trials)
     if moves.empty or moves["scenario"].isna().any():
@@ -88,11 +91,13 @@ def export_subject(
         )
     with _written_whole(folder, home) as new:
         raw = read_raw(recording)
-        comments = f"source: {source}; {raw.info['description'] or 'reference not stated'}; {mark}"
+        reference = reference_of(raw)
+        about = f"reference of the recording: {reference}" if reference else "reference not stated"
+        comments = "; ".join(text for text in (mark_of(origins).rstrip("."), about, written) if text)
         events = [*_onsets(moves, raw.info["sfreq"]), *_marks(raw)]
         left_out = write_set(raw, events, new / files[0], comments=comments)
         notes = [f"channels left out: {', '.join(left_out)}"] if left_out else []
-        notes += _write_logs(moves, new, subject)
+        notes += _write_logs(moves, new, subject, mark_of(origins))
         if raw.info["bads"]:
             notes.append(f"the layout has no place for bad channels; name them: acquire.bads = {raw.info['bads']}")
     return account | {"state": "ran", "notes": notes}
@@ -112,7 +117,7 @@ def _refuse_foreign(home: Path, study: str) -> None:
 
 
 def _comments(home: Path) -> str:
-    return read_comments(home / f"{home.name}.set")
+    return set_comments(home / f"{home.name}.set")
 
 
 def _onsets(moves: pd.DataFrame, sfreq: float) -> list[Event]:
@@ -133,13 +138,13 @@ def _marks(raw: mne.io.BaseRaw) -> Iterator[Event]:
             yield text, at, float(mark["duration"]) * sfreq
 
 
-def _write_logs(moves: pd.DataFrame, home: Path, subject: str) -> list[str]:
+def _write_logs(moves: pd.DataFrame, home: Path, subject: str, origin: str) -> list[str]:
     """Write both CSV files, read them again, and return what they cannot tell."""
     from hrcneuro.export import authors_log
     from hrcneuro.sources.logs import read_log
 
     authors_log.write_log(moves, home / f"subject{subject[1:]}.csv")
-    authors_log.write_metadata(moves, home / f"metadata{subject[1:]}.csv")
+    authors_log.write_metadata(moves, home / f"metadata{subject[1:]}.csv", origin=origin)
     lost = authors_log.same_moves(moves, read_log(home.parent, subject))
     return [f"read again, the log differs in {', '.join(lost)}: so few moves do not tell all owners"] if lost else []
 

@@ -19,10 +19,14 @@ def write_log(trials: pd.DataFrame, path: Path) -> None:
     _write(path, words.LOG, (_move(row) for row in trials.itertuples()))
 
 
-def write_metadata(trials: pd.DataFrame, path: Path) -> None:
-    """Write ``metadataNN.csv``: one row an episode, with its start, its goal and how many moves went wrong."""
+def write_metadata(trials: pd.DataFrame, path: Path, *, origin: str = "") -> None:
+    """Write ``metadataNN.csv``: one row an episode, with its start, its goal and how many moves went wrong.
+
+    Simulated moves say so in a column of their own, ``origin``, which the authors' files do not have.
+    """
     episodes = trials.groupby(list(EPISODE), sort=False, observed=True)
-    _write(path, words.METADATA, (_episode(moves) for _, moves in episodes))
+    columns = words.METADATA | ({"Origin": "origin"} if origin else {})
+    _write(path, columns, ({**_episode(moves), "origin": origin} for _, moves in episodes))
 
 
 def same_moves(trials: pd.DataFrame, again: pd.DataFrame) -> list[str]:

@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources.origin import Origins, mark_of
+from hrcneuro.sources.recording import reference_of
 
 if TYPE_CHECKING:
     import mne
@@ -28,19 +30,14 @@ CLEAN = Path("derivatives") / "hrcneuro"
 FIF = Path("derivatives") / "mne"
 _MARK = "hrcneuro"
 _ADDRESS = "https://doi.org/10.1371/journal.pone.0287958"
-_SOURCES = {
-    "synthetic": "SYNTHETIC: behaviour and EEG were simulated by hrcneuro; nobody was recorded.",
-    "semisynthetic": "SEMI-SYNTHETIC: the behaviour is real, the EEG was simulated by hrcneuro; no EEG was recorded.",
-    "dataset": "Recorded by the authors of the study (see ReferencesAndLinks).",
-    "file": "Recorded by whoever exported this data set.",
-}
 
 
 @dataclass(frozen=True)
 class Subject:
-    """The artifacts of one subject; a derivative that has not been made is None."""
+    """The artifacts of one subject, and where they come from; a derivative that has not been made is None."""
 
     name: str
+    origins: Origins
     raw: Path
     trials: Path
     clean: Path | None = None
@@ -78,18 +75,25 @@ def prepare(folder: Path, subjects: Sequence[str]) -> None:
         )
 
 
-def write_dataset(folder: Path, *, study: str, source: str) -> None:
-    """Write what describes the data set as a whole: descriptions, and for people a README in each part."""
+def write_dataset(folder: Path, origins: Sequence[Origins], *, study: str, paradigm: bool) -> None:
+    """Write what describes the data set as a whole: descriptions, and for people a README in each part.
+
+    Args:
+        folder: The root of the data set.
+        origins: Of every subject.
+        study: Its name.
+        paradigm: Whether it is the paper's: a recording of one's own has nothing to do with it.
+    """
     about = {
         "BIDSVersion": "1.10.0",
         "License": "n/a",
         "Authors": ["n/a"],
-        # A recording of one's own has nothing to do with the paper.
-        **({} if source == "file" else {"ReferencesAndLinks": [_ADDRESS]}),
+        **({"ReferencesAndLinks": [_ADDRESS]} if paradigm else {}),
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
-    simulated = "" if source in ("dataset", "file") else f" ({source} data)"
-    origin = _SOURCES[source]
+    marks = sorted({mark_of(one) for one in origins} - {""})
+    simulated = f" ({marks[0].partition(':')[0].lower()} data)" if marks else ""
+    origin = "\n\n".join(marks or sorted({f"The EEG is {one.eeg}." for one in origins}))
     _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
     _text(folder / "README.md", f"# {study}\n\n{origin}\n\n{_README}")
     derived = folder / CLEAN
@@ -124,11 +128,11 @@ def write_subject(
         shutil.rmtree(home, ignore_errors=True)
     raw = read_raw(subject.raw, preload=True)
     trials = read_table(subject.trials)
-    base = _write_recording(raw, folder, subject.name, task=task, line_hz=line_hz)
+    base = _write_recording(raw, folder, subject, task=task, line_hz=line_hz)
     _describe_events(base, raw, trials)
     if subject.clean is not None:
         clean = read_raw(subject.clean, preload=True)
-        derived = _write_recording(clean, folder / CLEAN, subject.name, task=task, line_hz=line_hz)
+        derived = _write_recording(clean, folder / CLEAN, subject, task=task, line_hz=line_hz)
         _describe_clean(derived, reference=clean_reference)
     for path, suffix in ((subject.epochs, "epo"), (subject.evokeds, "ave")):
         if path is not None:
@@ -151,13 +155,13 @@ def _ours(folder: Path) -> bool:
         return False
 
 
-def _write_recording(raw: mne.io.BaseRaw, root: Path, name: str, *, task: str, line_hz: float | None) -> Path:
+def _write_recording(raw: mne.io.BaseRaw, root: Path, subject: Subject, *, task: str, line_hz: float | None) -> Path:
     """Write a recording as BrainVision with its sidecars; return the path that their names begin with."""
     import mne_bids
 
     raw.set_meas_date(None)
     raw.info["line_freq"] = line_hz
-    reference = str(raw.info["description"] or "").removeprefix("reference of the recording: ") or "n/a"
+    name, reference, origin = subject.name, reference_of(raw) or "n/a", mark_of(subject.origins)
     raw.info["description"] = None
     where = mne_bids.BIDSPath(subject=label(name), task=task, datatype="eeg", root=root)
     with _quiet():
@@ -172,7 +176,11 @@ def _write_recording(raw: mne.io.BaseRaw, root: Path, name: str, *, task: str, l
             ) from error
     base = root / f"sub-{label(name)}" / "eeg" / where.basename
     # pybv's format says nothing of who made the amplifier, whatever mne-bids infers from it.
-    _amend(base, EEGReference=reference, Manufacturer="n/a")
+    _amend(base, EEGReference=reference, Manufacturer="n/a", **({"HrcneuroOrigin": origin} if origin else {}))
+    if origin:
+        # pybv ends the header with an empty section for comments; it stays with the file, wherever that is copied.
+        header = base.with_name(f"{base.name}_eeg.vhdr")
+        _text(header, f"{header.read_text(encoding='utf-8').rstrip()}\n{origin}\n")
     return base
 
 

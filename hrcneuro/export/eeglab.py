@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,18 +59,6 @@ def write_set(raw: mne.io.BaseRaw, events: list[Event], path: Path, *, comments:
     with path.open("r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, EEGLAB data set written by hrcneuro".ljust(_MATLAB_TEXT))
     return [raw.ch_names[i] for i in range(len(raw.ch_names)) if i not in picks]
-
-
-def read_comments(path: Path) -> str:
-    """Return the comments of a data set, empty where it has none that can be read."""
-    from scipy.io import loadmat
-
-    try:
-        comments = loadmat(path, variable_names=["comments"], appendmat=False)["comments"]
-    except Exception:
-        # A file of another kind, a Git LFS pointer, EEGLAB's older layout: in any case it is not one of ours.
-        return ""
-    return re.sub(r"\s+", " ", " ".join(str(row) for row in np.ravel(comments)))
 
 
 def _header(raw: mne.io.BaseRaw, picks: list[int], path: Path) -> dict[str, Any]:

@@ -10,8 +10,11 @@ import numpy as np
 
 from hrcneuro.contract import GROUP
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
+from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import spread
+from hrcneuro.sources.origin import Origins
+from hrcneuro.tables.decode import ABOVE
 
 Values = Mapping[str, Any]
 
@@ -39,8 +42,7 @@ def _recordings(results: Results) -> Values:
     rows: list[list[Cell]] = []
     for unit in results.units("acquire"):
         s = results.summary("acquire", unit)
-        real = s.get("real", {})
-        kind = "real" if real.get("eeg") else "synthetic EEG, real behaviour" if real.get("behaviour") else "synthetic"
+        kind = _kind(Origins.of(s.get("origin", {})))
         channels = ", ".join(f"{n} {name}" for name, n in sorted(s.get("channels", {}).items()))
         events = ", ".join(f"{n} {name}" for name, n in sorted(s.get("events", {}).items()))
         out = "" if unit in results.settings.included else "excluded"
@@ -48,6 +50,14 @@ def _recordings(results: Results) -> Values:
         rows.append([unit, kind, channels, f"{s.get('sfreq', 0):g} Hz", f"{minutes:.1f} min", events, out])
     head = ["subject", "data", "channels", "rate", "length", "events", "note"]
     return {"recordings": PageTable(head, rows)}
+
+
+def _kind(origins: Origins) -> str:
+    """Return where a subject's data come from, in a few words."""
+    whose = f" (the study's {origins.log})" if origins.log else ""
+    if origins.eeg is origins.behaviour:
+        return f"{origins.eeg}{whose}"
+    return f"EEG {origins.eeg}, behaviour {origins.behaviour}{whose}"
 
 
 def _quality(results: Results) -> Values:
@@ -87,9 +97,11 @@ def _decoding(results: Results) -> Values:
     for name in names:
         rows = table2[table2["decoder"] == name]
         decoders.append({"name": name, "table_2": _table_2(rows), "strata": _strata(rows)})
+    printed = bool(np.isfinite(table2["published_mean"].astype(float)).any())
     return {
-        "title": "Table 2" if np.isfinite(table2["published_mean"].astype(float)).any() else "All subjects",
+        "title": "Table 2" if printed else "All subjects",
         "decoders": decoders,
+        "guessing": guessing(results) if printed else "",
         "tests": _tests(tests),
         "compared": _compared(compared, names[0]) if compared is not None and len(compared) else None,
         "subjects": _subjects(subjects),
@@ -162,12 +174,18 @@ def _tests(tests: Any) -> PageTable:
             f"{r['bacc']:.1f}",
             _p(r["p"]),
             _p(r["p_holm"]),
-            *({True: "yes", False: "no"}.get(r[name], "-") for name in ("above_chance", "published_above")),
+            *(_above(r, rate) for rate in ABOVE),
         ]
         for r in tests.to_dict("records")
     ]
-    head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)", "ACC above chance"]
-    return PageTable([*head, "published"], rows)
+    head = ["scenario", "problem", "decoder", "n", "balanced (%)", "p, sign flips", "p (Holm)"]
+    return PageTable([*head, *(f"p, {_MEASURES[rate]} above chance" for rate in ABOVE)], rows)
+
+
+def _above(row: Mapping[str, Any], rate: str) -> Cell:
+    """Return a rate's p value against the chance level, and below it what the paper prints."""
+    printed = {True: "published: significant", False: "published: not significant"}.get(row[f"published_{rate}"], "")
+    return NotedCell(_p(row[f"p_{rate}"]), printed) if printed else _p(row[f"p_{rate}"])
 
 
 def _subjects(subjects: Any) -> PageTable:

@@ -8,13 +8,14 @@ from typing import Any
 from hrcneuro import published
 from hrcneuro.contract import GROUP
 from hrcneuro.published import Printed
-from hrcneuro.report import facts, measured_brain, measured_learning, measured_moves
+from hrcneuro.report import facts, measured_arm, measured_brain, measured_decoding, measured_learning, measured_moves
 from hrcneuro.report.parameters import PARAMETERS, SETUP, fill
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, grounds
 
 _FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
 _GROUP = ("erp", "ersp", "simulate")  # measured on the group's item, the others on the subjects'
+_MEASURES = (measured_moves, measured_brain, measured_decoding, measured_learning, measured_arm)
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Claim:
         chapter: Where the page speaks of it.
         figure: Anchor of the picture to see; empty without one.
         stage: What measures it; empty where that is the chapter's stage.
+        of_group: Whether the stage's group measures it, where subjects measure the rest.
     """
 
     key: str
@@ -34,6 +36,7 @@ class Claim:
     chapter: str
     figure: str = ""
     stage: str = ""
+    of_group: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,10 @@ def _table_2() -> list[Claim]:
     for (scenario, problem), rates in published.TABLE_2.items():
         cell = f"{scenario} {problem}"
         claims += [Claim(f"{cell} {name}", printed, "decode", _FOREST) for name, printed in rates.items()]
-        claims.append(Claim(f"{cell} above", published.ABOVE_CHANCE[scenario, problem], "decode", _FOREST))
+        claims += [
+            Claim(f"{cell} {name} above", printed, "decode", _FOREST, of_group=True)
+            for name, printed in published.ABOVE_CHANCE[scenario, problem].items()
+        ]
     return claims
 
 
@@ -77,12 +83,14 @@ CLAIMS = (
     Claim("soa 2 s", published.TRIAL_S, "epoch", "moves", "acquire"),
     *(Claim(f"trials {case}", printed, "epoch") for case, printed in published.TRIALS.items()),
     Claim("half", published.SEQUENTIAL_SHARE, "epoch"),
+    Claim("mistakes", published.MISTAKES, "epoch", stage="acquire"),
     Claim("erp A", published.ERP_HR_HH_BEFORE, "erp", "fig2"),
     Claim("erp B", published.ERP_HR_HH_AFTER, "erp", "fig2"),
     Claim("erp C", published.ERP_RH_RR_BEFORE, "erp", "fig2"),
     Claim("erp D", published.ERP_RH_RR_AFTER, "erp", "fig2"),
     Claim("erp sC", published.ERP_RH_RR_BEFORE_SC, "erp", "fig3"),
     Claim("erp iC", published.ERP_RH_RR_BEFORE_IC, "erp", "fig3"),
+    Claim("erp alike", published.ERP_ALIKE, "erp", "fig3"),
     Claim("ersp A", published.ERSP_HR_HH_BEFORE, "ersp", "fig2"),
     Claim("ersp B", published.ERSP_HR_HH_AFTER, "ersp", "fig2"),
     Claim("ersp C alpha", published.ERSP_RH_RR_BEFORE_ALPHA, "ersp", "fig2"),
@@ -92,6 +100,7 @@ CLAIMS = (
     Claim("ersp 3 theta", published.ERSP_SCENARIOS_THETA, "ersp", "fig3"),
     Claim("ersp 3 early", published.ERSP_SCENARIOS_MOTOR, "ersp", "fig3"),
     Claim("ersp 3 more", published.ERSP_SCENARIOS_PREFRONTAL, "ersp", "fig3"),
+    Claim("locked", published.TIME_AND_PHASE, "ersp", "fig2"),
     *_table_2(),
     Claim("chance", published.CHANCE, "decode", _FOREST),
     *(Claim(f"sim {episode}", p, "simulate", _FIG_4) for episode, p in published.SIM1_ACCURACY.items()),
@@ -105,6 +114,7 @@ CLAIMS = (
     Claim("sim4 2", published.SIM4_TWO, "simulate", _FIG_4),
     Claim("sim4 8", published.SIM4_EIGHT, "simulate", _FIG_4),
     Claim("sim4 balance", published.SIM4_BALANCE, "simulate", _FIG_4),
+    Claim("timing", published.TRIGGER_TIMING, "robot"),
 )
 
 
@@ -115,7 +125,7 @@ def is_study(results: Results) -> bool:
 
 def measure(results: Results) -> dict[str, Measured]:
     """Return a claim's key -> what this run has on it; a key is absent where nothing has been measured."""
-    return measured_moves.measure(results) | measured_brain.measure(results) | measured_learning.measure(results)
+    return {key: one for module in _MEASURES for key, one in module.measure(results).items()}
 
 
 def rows(results: Results) -> list[PublishedRow]:
@@ -126,7 +136,7 @@ def rows(results: Results) -> list[PublishedRow]:
     lines = []
     for claim in CLAIMS:
         ours, about = measured.get(claim.key), claim.printed
-        verdict, why = basis.verdict(ours, ran=_ran(results, claim.stage or claim.chapter))
+        verdict, why = basis.verdict(ours, ran=_ran(results, claim))
         text = ours.text if ours else "-"
         lines.append(
             PublishedRow(
@@ -139,6 +149,7 @@ def rows(results: Results) -> list[PublishedRow]:
     return lines
 
 
-def _ran(results: Results, stage: str) -> bool:
-    """Return whether a stage has left what its results are measured on."""
-    return (stage, GROUP) in results.done if stage in _GROUP else bool(results.included(stage))
+def _ran(results: Results, claim: Claim) -> bool:
+    """Return whether a claim's stage has left what it is measured on."""
+    stage = claim.stage or claim.chapter
+    return (stage, GROUP) in results.done if claim.of_group or stage in _GROUP else bool(results.included(stage))

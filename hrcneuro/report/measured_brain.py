@@ -1,33 +1,57 @@
-"""This run's figures on potentials, rhythms and decoding."""
+"""This run's figures on potentials and rhythms."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from hrcneuro import published
+from hrcneuro.contract import GROUP
 from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.paradigm.design import FIG_2
+from hrcneuro.report.effects import Effect, Shown, shown
 from hrcneuro.report.regions import ALPHA, BETA, FRONTAL, LEFT_TEMPORAL, MOTOR, THETA
 from hrcneuro.report.results import Results
-from hrcneuro.report.verdicts import Measured, near, spread
+from hrcneuro.report.verdicts import Measured
+from hrcneuro.tables.maps import read_contrast_waves
 
 PANELS = {letter: f"{takeover}-{continuation}_{position}" for letter, _, takeover, continuation, position in FIG_2}
 BEFORE = PANELS["C"]
 Maps = Mapping[tuple[str, str], SignificanceMap]  # by (scenario, contrast)
 
+# Signs are those of a takeover less its continuation. Alpha sinks around the human's own actions (4.1): after a key
+# was pressed, which is in HH and not in HR, and before one is pressed, which is in RH and not in RR.
+POSITIVITY = Effect("frontal channels", FRONTAL, 1, s=(0.4, 0.6))
+THETA_BEFORE = Effect("frontal channels", FRONTAL, 1, THETA, s=(0.3, 0.7), peaks=True)
+ALPHA_BEFORE = Effect("motor channels", MOTOR, -1, ALPHA)
+_RHYTHMS = {
+    "ersp B": (PANELS["B"], Effect("motor channels", MOTOR, 1, ALPHA)),
+    # "Around 700 ms": two SDs of the wavelet at 10 Hz to either side.
+    "ersp C alpha": (BEFORE, replace(ALPHA_BEFORE, s=(0.6, 1.2), starts_s=(0.55, 0.85))),
+    "ersp C theta": (BEFORE, THETA_BEFORE),
+    "ersp D": (PANELS["D"], Effect("left temporal channels", LEFT_TEMPORAL, 1, BETA, s=(0.4, 0.8), peaks=True)),
+}
+# Two maps or waves share half of their variance from here on.
+_ALIKE = np.sqrt(0.5)
+
 
 def measure(results: Results) -> dict[str, Measured]:
     """Return the key of a claim -> what this run has on it."""
     erp, ersp = results.maps("erp"), results.maps("ersp")
-    planted = _planted(results)
-    return {**_potentials(erp, planted), **_rhythms(ersp, planted), **_decoding(results, planted)}
+    there = planted(results)
+    measured = {**_potentials(erp, there), **_rhythms(ersp, there)}
+    path = results.path("erp", GROUP, "erp_stats.parquet")
+    if path and ("sC", BEFORE) in erp and ("iC", BEFORE) in erp:
+        measured["erp alike"] = _alike(erp["sC", BEFORE], erp["iC", BEFORE], path, there)
+    if ("all", BEFORE) in erp and ("all", BEFORE) in ersp:
+        measured["locked"] = _locked(erp["all", BEFORE], ersp["all", BEFORE], there)
+    return measured
 
 
 @dataclass(frozen=True)
-class _Planted:
+class Planted:
     """Which effects a simulated recording has in it.
 
     Attributes:
@@ -40,119 +64,125 @@ class _Planted:
     more: bool
 
 
-def _planted(results: Results) -> _Planted:
+def planted(results: Results) -> Planted:
     """Return what is planted in the configured recording; that matters to simulated recordings alone."""
     eeg = results.settings.sections["acquire"].eeg
     # Each effect but "none" is calibrated on RH against RR before, whatever it stands for.
     there = eeg.effect != "none" and eeg.effect_uv != 0
-    return _Planted(there, there and eeg.sequential_share > 0, there and eeg.sequential_share < 1)
+    return Planted(there, there and eeg.sequential_share > 0, there and eeg.sequential_share < 1)
 
 
-def _potentials(erp: Maps, planted: _Planted) -> dict[str, Measured]:
+def _potentials(erp: Maps, planted: Planted) -> dict[str, Measured]:
     measured = {}
     for panel, contrast in PANELS.items():
         if ("all", contrast) in erp and panel != "C":
             measured[f"erp {panel}"] = _nothing(erp["all", contrast])
-    if ("all", BEFORE) in erp:
-        whole = erp["all", BEFORE]
-        part = whole.within(FRONTAL, s=(0.4, 0.6))
-        larger = part.any and bool((part.difference[part.significant] > 0).all())
-        why = "significant and positive over frontal channels between 400 and 600 ms"
-        measured["erp C"] = Measured(
-            part.describe() if part.any else whole.describe(), larger, "eeg", why, planted.intermittent
-        )
     if ("sC", BEFORE) in erp:
         measured["erp sC"] = _nothing(erp["sC", BEFORE])
-    if ("iC", BEFORE) in erp:
-        one = erp["iC", BEFORE]
-        measured["erp iC"] = Measured(one.describe(), one.any, "eeg", "anything significant", planted.intermittent)
+    for key, scenario in (("erp C", "all"), ("erp iC", "iC")):
+        if (scenario, BEFORE) in erp:
+            measured[key] = _effect(erp[scenario, BEFORE], POSITIVITY, planted.intermittent)
     return measured
 
 
-def _rhythms(ersp: Maps, planted: _Planted) -> dict[str, Measured]:
+def _alike(sequential: SignificanceMap, intermittent: SignificanceMap, path: Path, planted: Planted) -> Measured:
+    """Return how alike the two scenarios' responses at Cz and the maps of their differences are."""
+    waves = read_contrast_waves(path, "Cz")
+    similar: dict[str, float] = {}
+    if ("sC", BEFORE) in waves and ("iC", BEFORE) in waves:
+        one, other = waves["sC", BEFORE], waves["iC", BEFORE]
+        similar |= {"RH at Cz": _correlation(one.plus, other.plus), "RR at Cz": _correlation(one.minus, other.minus)}
+    common = [name for name in sequential.channels if name in intermittent.channels]
+    maps = [m.of_channels(common).within(s=POSITIVITY.s).difference.mean(axis=1) for m in (sequential, intermittent)]
+    similar["difference map, 400 to 600 ms"] = _correlation(*maps)
+    return Measured(
+        ", ".join(f"{name}: r = {r:.2f}" for name, r in similar.items()),
+        all(r >= _ALIKE for r in similar.values()),
+        "eeg",
+        f"each r at least {_ALIKE:.2f}, half of the variance shared",
+        planted.sequential and planted.intermittent,
+    )
+
+
+def _locked(potential: SignificanceMap, magnitude: SignificanceMap, planted: Planted) -> Measured:
+    """Return whether one effect is both in the average and in single trials' magnitude, as the paper argues (4.1)."""
+    both = {"ERP": shown(potential, POSITIVITY), "theta": shown(magnitude, THETA_BEFORE)}
+    why = "the paper's own argument: the ERP (as in Fig 2C) and the theta (as in Fig 2C) are both there"
+    text = "; ".join(f"{name}: {'there' if one.agrees else 'not there as printed'}" for name, one in both.items())
+    return Measured(text, all(one.agrees for one in both.values()), "eeg", why, planted.intermittent)
+
+
+def _rhythms(ersp: Maps, planted: Planted) -> dict[str, Measured]:
     measured = {}
     if ("all", PANELS["A"]) in ersp:
         measured["ersp A"] = _nothing(ersp["all", PANELS["A"]])
-    parts = {
-        "ersp B": (PANELS["B"], MOTOR, ALPHA, None, True),
-        "ersp C alpha": (BEFORE, MOTOR, ALPHA, (0.6, 1.2), True),
-        "ersp C theta": (BEFORE, FRONTAL, THETA, (0.3, 0.7), planted.intermittent),
-        # No simulated recording has a rebound of beta after a takeover.
-        "ersp D": (PANELS["D"], LEFT_TEMPORAL, BETA, (0.4, 0.8), False),
-    }
-    for key, (contrast, channels, hz, s, there) in parts.items():
+    # No simulated recording has a rebound of beta after a takeover.
+    there = {"ersp C theta": planted.intermittent, "ersp D": False}
+    for key, (contrast, effect) in _RHYTHMS.items():
         if ("all", contrast) in ersp:
-            part = ersp["all", contrast].within(channels, hz=hz, s=s)
-            why = f"significant over {channels[0]} to {channels[-1]}, {hz[0]:g} to {hz[1]:g} Hz" + (
-                f", {1000 * s[0]:.0f} to {1000 * s[1]:.0f} ms" if s else ""
-            )
-            measured[key] = Measured(part.describe(), part.any, "eeg", why, there)
+            measured[key] = _effect(ersp["all", contrast], effect, there.get(key, True))
     if ("sC", BEFORE) in ersp and ("iC", BEFORE) in ersp:
         measured |= _scenarios(ersp["sC", BEFORE], ersp["iC", BEFORE], planted)
     return measured
 
 
-def _scenarios(sequential: SignificanceMap, intermittent: SignificanceMap, planted: _Planted) -> dict[str, Measured]:
-    measured = {}
-    motor = [one.within(MOTOR, hz=ALPHA) for one in (sequential, intermittent)]
-    theta = [one.within(FRONTAL, hz=THETA) for one in (sequential, intermittent)]
-    for key, pair, there in (("ersp 3 alpha", motor, True), ("ersp 3 theta", theta, planted.sequential)):
-        text = f"sC: {pair[0].describe()}; iC: {pair[1].describe()}"
-        measured[key] = Measured(text, all(one.any for one in pair), "eeg", "significant in both", there)
-    strength = [float(np.abs(one.difference).max()) for one in motor]
-    early = motor[0].any and (not motor[1].any or motor[0].first_s < motor[1].first_s)
-    measured["ersp 3 early"] = Measured(
-        f"largest difference {strength[0]:.2f} µV in sC, {strength[1]:.2f} in iC; {_ms(motor[0])} in sC, "
-        f"{_ms(motor[1])} in iC",
-        bool(strength[0] > strength[1] and early),
-        "eeg",
-        "larger and earlier significant in sC",
-        # The simulated central rhythm sinks alike in both scenarios.
-        planted=False,
-    )
-    bins = [int(one.significant.sum()) for one in theta]
-    text = f"{bins[1]} significant bins in iC, {bins[0]} in sC"
-    measured["ersp 3 more"] = Measured(text, bins[1] > bins[0], "eeg", "more significant bins in iC", planted.more)
-    return measured
+def _scenarios(sequential: SignificanceMap, intermittent: SignificanceMap, planted: Planted) -> dict[str, Measured]:
+    alpha = [shown(one, ALPHA_BEFORE) for one in (sequential, intermittent)]
+    theta = [shown(one, THETA_BEFORE) for one in (sequential, intermittent)]
+    # The simulated central rhythm sinks alike in both scenarios.
+    stronger = alpha[0].strongest > alpha[1].strongest
+    earlier = alpha[0].starts_s < alpha[1].starts_s or (alpha[0].agrees and np.isnan(alpha[1].starts_s))
+    more = theta[1].points > theta[0].points and theta[1].strongest > theta[0].strongest
+    return {
+        "ersp 3 alpha": _in_both(alpha, ALPHA_BEFORE, there=True),
+        "ersp 3 theta": _in_both(theta, THETA_BEFORE, there=planted.sequential),
+        "ersp 3 early": Measured(
+            _beside(alpha, "falls"),
+            bool(stronger and earlier),
+            "eeg",
+            "significant alpha falls deeper and begins earlier in sC",
+            planted=False,
+        ),
+        "ersp 3 more": Measured(
+            f"{_beside(theta, 'rises')}; {theta[0].points} and {theta[1].points} points",
+            bool(more),
+            "eeg",
+            f"more significant points with a larger rise in iC, {_hz(THETA)}, 300 to 700 ms",
+            planted.more,
+        ),
+    }
+
+
+def _in_both(pair: Sequence[Shown], effect: Effect, *, there: bool) -> Measured:
+    text = f"sC: {pair[0].text}; iC: {pair[1].text}"
+    return Measured(text, all(one.agrees for one in pair), "eeg", f"in both {effect.criterion}", there)
+
+
+def _beside(pair: Sequence[Shown], how: str) -> str:
+    """Return how strong and how early an effect is in sC and in iC."""
+    parts = []
+    for scenario, one in zip(("sC", "iC"), pair, strict=True):
+        begun = f"from {1000 * one.starts_s:.0f} ms" if np.isfinite(one.starts_s) else "never for a period"
+        there = f"{how} by up to {one.strongest:.2f} µV, {begun}"
+        parts.append(f"{scenario}: {there if one.strongest else f'nowhere {how} significantly'}")
+    return "; ".join(parts)
+
+
+def _effect(tested: SignificanceMap, effect: Effect, there: bool) -> Measured:
+    seen = shown(tested, effect)
+    text = seen.text if seen.points or not tested.any else f"{seen.text}; elsewhere: {tested.describe()}"
+    return Measured(text, seen.agrees, "eeg", effect.criterion, there)
 
 
 def _nothing(tested: SignificanceMap) -> Measured:
     return Measured(tested.describe(), not tested.any, "eeg", "nothing significant")
 
 
-def _ms(tested: SignificanceMap) -> str:
-    return f"significant from {1000 * tested.first_s:.0f} ms" if tested.any else "never significant"
+def _correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Return Pearson's r of two arrays of one shape; NaN where one of them is flat."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.corrcoef(one, other)[0, 1])
 
 
-def _decoding(results: Results, planted: _Planted) -> dict[str, Measured]:
-    subjects = [results.summary("decode", u) for u in results.included("decode")]
-    measured = {}
-    every = [one for s in subjects for key in published.TABLE_2 for one in _cells(s, key)]
-    chances = [one["chance"] for one in every if one.get("chance")]
-    level = float(np.mean(chances)) if chances else np.nan
-    for key, rates in published.TABLE_2.items():
-        cells = [one for s in subjects for one in _cells(s, key) if one.get("acc") is not None]
-        if not cells:
-            continue
-        there = key[1] != "RRvsRH" or (planted.intermittent if key[0] == "iC" else planted.sequential)
-        for name, printed in rates.items():
-            ours = np.array([one[name] for one in cells])
-            agrees, why = near(ours, *printed.value)
-            measured[f"{key[0]} {key[1]} {name}"] = Measured(f"{spread(ours)} %", agrees, "eeg", why, there)
-        acc = float(np.mean([one["acc"] for one in cells]))
-        above, said = acc > level, published.ABOVE_CHANCE[key].value
-        text = f"{'above' if above else 'not above'} chance ({acc:.1f} %, chance {level:.1f} %)"
-        measured[f"{key[0]} {key[1]} above"] = Measured(
-            text, above == said, "eeg", "mean accuracy and mean chance level", there or not said
-        )
-    if chances:
-        # The same trials must give the printed digits, which tells formulas apart; others' counts differ.
-        margin = 0.05 if results.same_logs else 0.5
-        why = f"within {margin:g} of the printed level; it follows from the trial counts alone"
-        measured["chance"] = Measured(f"{level:.2f} %", abs(level - published.CHANCE.value) <= margin, "behaviour", why)
-    return measured
-
-
-def _cells(summary: Mapping, key: tuple[str, str]) -> list[Mapping]:
-    cell = summary.get(key[0], {}).get(key[1])
-    return [cell] if cell else []
+def _hz(band: tuple[float, float]) -> str:
+    return f"{band[0]:g} to {band[1]:g} Hz"

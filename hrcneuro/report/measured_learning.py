@@ -16,6 +16,11 @@ from hrcneuro.report.verdicts import Measured
 # and more have caught up; of 60 seeds the order shows beyond its error in 56 at episode 5, in 41 at 10. How subtasks
 # are shared shows late, with the empirical decoder, which learns slowly: at episode 100 in all 60.
 _EARLY, _LATE = 5, 100
+# What is notable of a loss, and of a difference between performances that are called comparable.
+_NOTABLE = 0.05
+# Half of the last printed digit of SIM1's figures.
+_ROUNDED = 0.005
+_FIRST_EVENT = "no event before an episode's first one, Eq 6 over all entries of q, accuracy as the mean of π"
 
 
 def measure(results: Results) -> dict[str, Measured]:
@@ -38,17 +43,36 @@ def _lacking(episodes: int) -> dict[str, Measured]:
 
 
 def _first(curves: pd.DataFrame) -> dict[str, Measured]:
+    """Return SIM1's accuracy, judged only where this run's Monte-Carlo error tells the readings of the paper apart.
+
+    The printed figures rest on 100 repetitions, whose error is several points, and the readings of 3.2 lie about one
+    point apart: 20,000 repetitions give 70.1 and 80.2 %, with ``carry_over`` 71.1 and 81.1.
+    """
     measured = {}
     for episode, printed in published.SIM1_ACCURACY.items():
         here = curves[(curves["simulation"] == "SIM1") & (curves["variant"] == "emp") & (curves["episode"] == episode)]
         if here.empty:
             continue
         mean, sd, n = (float(here[c].iloc[0]) for c in ("mean", "sd", "n"))
-        margin = 2 * sd * np.sqrt(1 / published.REPETITIONS.value + 1 / n)
-        text = f"{100 * mean:.1f} ± {200 * sd / np.sqrt(n):.1f} %"
-        why = f"within {100 * margin:.1f} of the printed figure, twice the Monte-Carlo error of the difference"
-        measured[f"sim {episode}"] = Measured(text, bool(abs(mean - printed.value) <= margin), "model", why)
+        error = 2 * sd / np.sqrt(n)
+        agrees = _within(mean - printed.value, error, _ROUNDED)
+        text = f"{100 * mean:.1f} ± {100 * error:.1f} %"
+        why = f"within {100 * _ROUNDED:g} of the printed figure, Monte-Carlo error included"
+        if agrees is None:
+            needed = int(np.ceil((4 * sd / _ROUNDED) ** 2 / 1000) * 1000)
+            why = (
+                f"with {n:g} repetitions the figure is known to ± {100 * error:.1f} points, and readings of the paper "
+                f"lie one apart; simulate.repetitions = {needed} would tell"
+            )
+        measured[f"sim {episode}"] = Measured(text, agrees, "model", why, reading=_FIRST_EVENT)
     return measured
+
+
+def _within(difference: float, error: float, margin: float) -> bool | None:
+    """Return whether a difference lies within a margin; None where its error, on both sides, leaves that open."""
+    if abs(difference) + error <= margin:
+        return True
+    return False if abs(difference) - error > margin else None
 
 
 def _minutes() -> dict[str, Measured]:
@@ -97,9 +121,12 @@ def _third(results: Results) -> dict[str, Measured]:
         f"{100 * last['loss']:.0f} ± {100 * last['loss_half_width']:.0f} points lost from the first to the last "
         f"assignment (empirical decoder)"
     )
-    return {
-        "sim3": Measured(text, bool(last["loss"] <= last["loss_half_width"]), "model", "no loss beyond its 95 % band")
-    }
+    # A gain is no loss, however large.
+    agrees = _within(max(float(last["loss"]), 0.0), float(last["loss_half_width"]), _NOTABLE)
+    why = f"less than {100 * _NOTABLE:g} points lost, the 95 % band included"
+    if agrees is None:
+        why = f"the loss's 95 % band holds less and more than {100 * _NOTABLE:g} points: too few repetitions to tell"
+    return {"sim3": Measured(text, agrees, "model", why)}
 
 
 def _fourth(curves: pd.DataFrame) -> dict[str, Measured]:
@@ -131,9 +158,11 @@ def _balance(late: _Point) -> dict[str, Measured]:
         return {}
     text = ", ".join(f"{m} of 10: {100 * mean[0]:.0f} %" for m, mean in means.items() if mean)
     shown = " and ".join(f"{100 * d:+.1f} ± {100 * margin:.1f}" for d, margin in steps)
-    why = f"no difference from 5 of 10 beyond twice the Monte-Carlo error: {shown} points, empirical decoder"
-    alike = all(abs(d) <= margin for d, margin in steps)
-    return {"sim4 balance": Measured(f"{text} at episode {_LATE}", alike, "model", why)}
+    told = [_within(d, margin, _NOTABLE) for d, margin in steps]
+    agrees = False if False in told else None if None in told else True
+    how = "no more than" if agrees is not None else "too few repetitions to tell whether it is more than"
+    why = f"{how} {100 * _NOTABLE:g} points from 5 of 10, Monte-Carlo error included: {shown}, empirical decoder"
+    return {"sim4 balance": Measured(f"{text} at episode {_LATE}", agrees, "model", why)}
 
 
 class _Point:

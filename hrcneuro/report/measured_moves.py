@@ -1,4 +1,4 @@
-"""This run's figures on behaviour, timing, trial counts and channels."""
+"""This run's figures on behaviour, trial counts and channels."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ from hrcneuro.report.verdicts import Measured, near, spread
 _TRIAL_MARGIN_MS = 12.0
 # And their SDs: subjects of one study differ by a twentieth.
 _SD_SHARE = 0.1
+# "About half", in per cent: what rounds to a half in tenths, and one more.
+_HALF = (40.0, 60.0)
+# What follows an error -> the cases of the pair that it makes with the next move.
+_AFTER_MISTAKES = {"followed by a takeover": ("HR", "RH"), "corrected by the human": ("HH", "RH")}
+_PAIRS = "which pairs of moves are counted as trials"
 
 
 def measure(results: Results) -> dict[str, Measured]:
@@ -42,7 +47,20 @@ def _moves(trials: Mapping[str, pd.DataFrame]) -> dict[str, Measured]:
         "behaviour",
         f"within {margin:.2f} of the printed mean",
     )
-    return {"steps": distance, **_durations(pd.concat(list(trials.values())))}
+    moves = pd.concat(list(trials.values()))
+    return {"steps": distance, **_durations(moves), **_mistakes(moves)}
+
+
+def _mistakes(moves: pd.DataFrame) -> dict[str, Measured]:
+    """Return who moves after an error: its own partner, or the other one, who takes over."""
+    after = moves.loc[moves["prev_error"].astype(bool), "case"].dropna().astype(str)
+    if after.empty:
+        return {}
+    share = {name: 100 * float(after.isin(cases).mean()) for name, cases in _AFTER_MISTAKES.items()}
+    text = ", ".join(f"{name} {value:.0f} %" for name, value in share.items())
+    agrees = all(0 < value < 100 for value in share.values())
+    why = "each happens, none always"
+    return {"mistakes": Measured(f"of {len(after)} mistakes: {text}", agrees, "behaviour", why)}
 
 
 def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
@@ -83,11 +101,24 @@ def _counts(tables: Mapping[str, pd.DataFrame], *, exact: bool) -> dict[str, Mea
             tests = [near(k, mean, sd) for k in kept.values()]
             agrees, why = all(ok for ok, _ in tests), tests[0][1]
         text = "; ".join(spread(k, 1) for k in kept.values())
-        measured[f"trials {case}"] = Measured(text, agrees, "behaviour", why)
-    before = pd.concat([t[t["position"] == "before"] for t in tables.values()])
-    share = 100 * before.loc[before["scenario"] == "sC", "kept"].sum() / before["kept"].sum()
-    measured["half"] = Measured(f"{share:.1f} %", bool(45 <= share <= 55), "behaviour", "between 45 and 55 %")
-    return measured
+        measured[f"trials {case}"] = Measured(text, agrees, "behaviour", why, reading=_PAIRS)
+    return {**measured, **_halves(pd.concat(list(tables.values())))}
+
+
+def _halves(counts: pd.DataFrame) -> dict[str, Measured]:
+    """Return how many trials of each condition are of sC: the paper halves the conditions, not their sum."""
+    before = counts[counts["position"] == "before"]
+    kept = before.groupby(["case", "scenario"], observed=True)["kept"].sum().unstack(fill_value=0)
+    whole = kept.sum(axis=1)
+    share = (100 * kept.get("sC", 0 * whole) / whole)[whole > 0]
+    if share.empty:
+        return {}
+    cases = [case for case in published.TRIALS if case in share]
+    together = 100 * float(kept.get("sC", 0 * whole).sum() / whole.sum())
+    text = ", ".join(f"{case} {share[case]:.0f} %" for case in cases) + f"; all together {together:.0f} %"
+    low, high = _HALF
+    agrees = bool(share[cases].between(low, high).all())
+    return {"half": Measured(text, agrees, "behaviour", f"each condition between {low:g} and {high:g} %")}
 
 
 def _channels(results: Results) -> dict[str, Measured]:

@@ -17,10 +17,11 @@ from hrcneuro.report import chapters, markup, provenance
 from hrcneuro.report.album import Album
 from hrcneuro.report.claims import PublishedRow, rows
 from hrcneuro.report.gallery import collect
+from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Figure, Results
-from hrcneuro.report.verdicts import AGREES, DIFFERS, PLANTED, VERDICTS
+from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, PLANTED, VERDICTS
 
-_PLURAL = {AGREES: "agree", DIFFERS: "differ"}
+_PLURAL = {AGREES: "agree", CHOSEN: "agree, by our choice of reading", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
 _ONCE = ("reach.png",)  # the same for every subject
 
@@ -99,19 +100,21 @@ class _Page:
             return None
         counts = Counter(row.verdict for row in lines if row.verdict)
         results = [row for row in lines if row.kind == "result"]
+        notes = {"decode": guessing(self.results)}
         return {
             "doi": published.DOI,
             "chips": [
-                {"kind": v.split()[0], "number": counts[v], "word": _PLURAL.get(v, v)}
+                {"kind": _mark(v), "number": counts[v], "word": _PLURAL.get(v, v)}
                 for v in VERDICTS
                 if counts[v] or v == AGREES
             ],
             "meanings": list(VERDICTS.items()),
             # A criterion where it was applied, a reason where it could not be.
-            "applied": (AGREES, DIFFERS, PLANTED),
+            "applied": (AGREES, CHOSEN, DIFFERS, PLANTED),
+            "marks": {verdict: _mark(verdict) for verdict in VERDICTS},
             "anchors": {*self.stages, *(anchor for stage in self.stages for anchor in self._anchors(stage))},
             "chapters": [
-                {"stage": stage, "title": stages.load(stage).title, "rows": list(part)}
+                {"stage": stage, "title": stages.load(stage).title, "rows": list(part), "note": notes.get(stage, "")}
                 for stage, part in itertools.groupby(results, key=lambda row: row.chapter)
             ],
             "parameters": _without_verdict(lines, "parameter"),
@@ -160,6 +163,11 @@ class _Page:
             text = f"{figure.title}. {text}"
         source = self.album.mark(figure.path, subject=figure.unit != GROUP)
         return _PageFigure(_anchor(figure), _width(figure.path), f"{text}.", source)
+
+
+def _mark(verdict: str) -> str:
+    """Return the class of the style sheet that a verdict has: not-run, agrees-by-our-choice-of-reading."""
+    return re.sub(r"\W+", "-", verdict)
 
 
 def _own(name: str) -> Any:

@@ -9,11 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import drawings
+from hrcneuro import drawings, published
 from hrcneuro.contract import GROUP
 from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.pipeline.workdir import FIGURES
+from hrcneuro.sources.origin import AUTHORS_LOGS, Origin, Origins
 from hrcneuro.tables.maps import read_tested
+
+_ANALYSED = sorted(set(AUTHORS_LOGS) - set(published.EXCLUDED.value))
 
 
 @dataclass(frozen=True)
@@ -104,10 +107,14 @@ class Results:
                         figures.append(Figure(name, item.unit, Path(item.artifacts[file]), caption.text, caption.title))
         return figures
 
+    def origins(self, units: Sequence[str]) -> list[Origins]:
+        """Return where the data of subjects come from."""
+        return [Origins.of(self.summary("acquire", unit).get("origin", {})) for unit in units]
+
     @property
     def same_logs(self) -> bool:
-        """Whether the moves are those of the paper's own logs."""
-        return self.settings.sections["acquire"].source in ("dataset", "semisynthetic")
+        """Whether the moves are those that the paper analysed, under whatever names."""
+        return sorted(one.log for one in self.origins(self.included("acquire"))) == _ANALYSED
 
     def warnings(self) -> list[str]:
         """Return what the stages want a reader to know."""
@@ -121,25 +128,39 @@ class Results:
 
     @cached_property
     def reality(self) -> tuple[str, str]:
-        """Return (short word, sentence) on what is real in the data: real, semi-synthetic or synthetic."""
-        summaries = [self.summary("acquire", u) for u in self.units("acquire")]
-        real = [s.get("real", {}) for s in summaries]
-        eeg = {bool(r.get("eeg")) for r in real}
-        behaviour = {bool(r.get("behaviour")) for r in real}
-        if not real:
+        """Return (short word, sentence) on what is real in the data."""
+        origins = self.origins(self.units("acquire"))
+        if not origins:
             return "no data", "No recording has been acquired yet."
-        if eeg == {True}:
-            return "real", "The EEG and the events are real recordings."
-        if eeg == {False} and behaviour == {True}:
+        eeg, behaviour = {one.eeg for one in origins}, {one.behaviour for one in origins}
+        if eeg == behaviour == {Origin.REAL}:
+            return "real", "The EEG and the events are real recordings, as whoever ran this vouches (acquire.recorded)."
+        if eeg == {Origin.SYNTHETIC}:
+            return _simulated(behaviour)
+        if eeg == {Origin.UNKNOWN}:
+            moves = " The behaviour is real: the logs are known." if behaviour == {Origin.REAL} else ""
             return (
-                "semi-synthetic",
-                "The behaviour is real: logs of people at work. The EEG is SYNTHETIC, simulated around their moves. "
-                "Nothing below about brains is a finding.",
+                "of unknown origin",
+                f"Nothing tells whether the EEG was recorded from people or simulated.{moves} "
+                "Nothing below about brains is a finding before someone vouches for it (acquire.recorded).",
             )
-        if eeg == {False}:
-            return (
-                "synthetic",
-                "Behaviour and EEG are both SYNTHETIC, drawn by a simulation in which the effect was planted. "
-                "Nothing below is a finding about people.",
-            )
-        return "mixed", "Some subjects' EEG is real, some is SYNTHETIC; the provenance table says which."
+        return (
+            "mixed",
+            "Some subjects' data are real, others SYNTHETIC or of unknown origin; the table of recordings says which.",
+        )
+
+
+def _simulated(behaviour: set[Origin]) -> tuple[str, str]:
+    """Return what is said of simulated EEG around such behaviour."""
+    if behaviour == {Origin.SYNTHETIC}:
+        return (
+            "synthetic",
+            "Behaviour and EEG are both SYNTHETIC, drawn by a simulation in which the effect was planted. "
+            "Nothing below is a finding about people.",
+        )
+    moves = "real: logs of people at work" if behaviour == {Origin.REAL} else " or ".join(sorted(behaviour))
+    return (
+        "semi-synthetic",
+        f"The behaviour is {moves}. The EEG is SYNTHETIC, simulated around the moves. "
+        "Nothing below about brains is a finding.",
+    )

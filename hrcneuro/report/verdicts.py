@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from hrcneuro import published
 from hrcneuro.report.results import Results
+from hrcneuro.sources.origin import Origin
 
 AGREES, DIFFERS, PLANTED, OPEN, MISSING = "agrees", "differs", "by construction", "not testable", "not run"
+CHOSEN = "agrees, by our choice of reading"
 VERDICTS = {
     AGREES: "this run shows what the paper prints, and could have shown something else",
+    CHOSEN: "it does, but the paper can be read in several ways, and the one was chosen that gives this figure",
     DIFFERS: "it does not",
     PLANTED: "it does, but the data were simulated so as to give it: agreement is no evidence",
-    OPEN: "these data cannot tell, for the reason given",
+    OPEN: "these data cannot tell, for the reason given; data of unknown origin never can",
     MISSING: "the stage has not run or has failed",
 }
 _SUBJECTS = published.ANALYSED.value
@@ -30,9 +34,11 @@ class Measured:
     Attributes:
         text: This run's figure.
         agrees: Whether it fits; None where that cannot be told, ``why`` says for what reason.
-        rests_on: ``eeg``, ``behaviour``, ``model`` or ``arithmetic``: what must be real for agreement to be evidence.
+        rests_on: What must be real for agreement to be evidence: ``eeg``, ``behaviour``, ``arm``, ``model`` or
+            ``arithmetic``.
         why: The criterion or the reason, in a few words.
         planted: False where a simulated recording has no such effect in it, so that it cannot tell.
+        reading: What of the paper was read so as to give the printed figure; empty where nothing was.
     """
 
     text: str
@@ -40,6 +46,7 @@ class Measured:
     rests_on: str = "eeg"
     why: str = ""
     planted: bool = True
+    reading: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,46 +54,56 @@ class Grounds:
     """What the verdicts of a run rest on.
 
     Attributes:
-        real: Ground -> True, False, or None where it is mixed.
+        origin: Ground -> where its data come from; None where subjects differ in that.
         short: Ground -> why it is too small to be compared; absent where it is not.
     """
 
-    real: dict[str, bool | None]
+    origin: dict[str, Origin | None]
     short: dict[str, str]
 
     def verdict(self, measured: Measured | None, *, ran: bool = False) -> tuple[str, str]:
         """Return the verdict and the reason for it; ``ran`` says whether the stage that measures it has run.
 
-        A small study can neither agree nor differ; simulated data can differ, but never agree.
+        A small study and data of unknown origin can neither agree nor differ; simulated data can differ, but never
+        agree.
         """
         if measured is None:
             return (
                 (OPEN, "the stage has run, but its settings or data do not give this figure") if ran else (MISSING, "")
             )
-        short, real = self.short.get(measured.rests_on, ""), self.real[measured.rests_on]
+        short, origin = self.short.get(measured.rests_on, ""), self.origin[measured.rests_on]
+        real = origin is Origin.REAL
         if short or measured.agrees is None:
             return OPEN, short or measured.why
-        if real is None:
-            return OPEN, "some subjects are real, others simulated"
+        if origin is None:
+            return OPEN, "the subjects' data are of several origins"
+        if origin is Origin.UNKNOWN:
+            fits = "fits" if measured.agrees else "does not fit"
+            return OPEN, f"the data are of unknown origin; the figure {fits}: {measured.why}"
         if not real and not measured.planted:
             return OPEN, "the simulation has no such effect in it"
         if not measured.agrees:
             return DIFFERS, measured.why
+        if real and measured.reading:
+            return CHOSEN, f"{measured.why}; chosen so as to give it: {measured.reading}"
         return (AGREES if real else PLANTED), measured.why
 
 
 def grounds(results: Results) -> Grounds:
     """Return what the verdicts of a run rest on: what is real in it, and what is too small to be compared."""
-    recordings = [results.summary("acquire", unit).get("real", {}) for unit in results.included("acquire")]
-    real: dict[str, bool | None] = {}
-    for name in ("eeg", "behaviour"):
-        kinds = {bool(one.get(name)) for one in recordings}
-        real[name] = None if len(kinds) > 1 else True in kinds
+    origins = results.origins(results.included("acquire"))
+    origin = {name: _common(getattr(one, name) for one in origins) for name in ("eeg", "behaviour")}
     # The paper's own rates are no result of this run; rates decoded from a simulation are circular.
-    settings = results.settings.sections["simulate"]
-    real["model"] = settings.rates == "paper" or real["eeg"]
-    real["arithmetic"] = True
-    return Grounds(real, _short(results))
+    origin["model"] = Origin.REAL if results.settings.sections["simulate"].rates == "paper" else origin["eeg"]
+    origin["arm"] = Origin.SYNTHETIC if results.settings.sections["robot"].simulated else Origin.REAL
+    origin["arithmetic"] = Origin.REAL
+    return Grounds(origin, _short(results))
+
+
+def _common(origins: Iterable[Origin]) -> Origin | None:
+    """Return the origin that all have; None where they differ."""
+    kinds = set(origins)
+    return kinds.pop() if len(kinds) == 1 else None if kinds else Origin.UNKNOWN
 
 
 def _short(results: Results) -> dict[str, str]:

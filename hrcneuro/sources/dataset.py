@@ -12,6 +12,7 @@ from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.layout import dataset_files
 from hrcneuro.sources.logs import read_log
 from hrcneuro.sources.matching import Match, histogram, listed, match_onsets
+from hrcneuro.sources.origin import with_log
 from hrcneuro.sources.recording import Recording
 
 
@@ -55,6 +56,7 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
     trials = read_moves(folder, subject, recording)
     match = match_onsets(recording.markers, trials, event=onset_event, subject=subject)
     recording.notes += match.notes
+    recording.origins = with_log(recording.origins, dataset_files(folder, subject))
     return recording, place(trials, match)
 
 

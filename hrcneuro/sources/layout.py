@@ -8,6 +8,7 @@ from pathlib import Path
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.sources.formats import READABLE
 from hrcneuro.sources.formats.companions import companions
+from hrcneuro.sources.formats.statements import describing_files
 
 SUBJECT = "{subject}"
 
@@ -75,7 +76,7 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
             f"the recording {path} of {subject} does not exist{did_you_mean(subject, have)}; {here}",
             cure="correct acquire.path, or name a subject that is there",
         )
-    return {"recording": path} | companions(path)
+    return {"recording": path} | companions(path) | describing_files(path)
 
 
 def _root(path: str) -> Path:

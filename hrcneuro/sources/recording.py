@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources.origin import UNKNOWN, Origins, mark_of
 
 if TYPE_CHECKING:
     import mne
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 # Types that later stages know; other channels of a recording are left out.
 CHANNEL_TYPES = ("eeg", "eog", "ecg", "emg", "misc", "stim")
 _SIGNALS = ("eeg", "eog")
+_REFERENCE = "reference of the recording: "
 
 
 @dataclass
@@ -35,6 +37,7 @@ class Recording:
         bads: Channels marked bad beforehand.
         file_names: Name here -> name in the file, where they differ.
         notes: What a person may want to know of the reading, a sentence each.
+        origins: Where it comes from, as far as that is known.
     """
 
     data: np.ndarray
@@ -49,6 +52,7 @@ class Recording:
     bads: list[str] = field(default_factory=list)
     file_names: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    origins: Origins = UNKNOWN
 
     @property
     def duration_s(self) -> float:
@@ -125,11 +129,17 @@ def _check_unit(recording: Recording) -> None:
     )
 
 
+def reference_of(raw: mne.io.BaseRaw) -> str:
+    """Return what a recording that :func:`to_raw` made was recorded against; empty where that is not stated."""
+    first = str(raw.info["description"] or "").partition("\n")[0]
+    return first.removeprefix(_REFERENCE) if first.startswith(_REFERENCE) else ""
+
+
 def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -> mne.io.BaseRaw:
     """Return the recording as MNE's type, with nothing in it but signals, positions, events and breaks.
 
     A break becomes ``BAD boundary`` and ``EDGE boundary`` at the first sample of the new segment, as MNE itself marks
-    joins. Date, device, names and comments stay behind.
+    joins. Date, device, names and comments stay behind; what is simulated says so.
 
     Args:
         recording: As read or simulated.
@@ -139,8 +149,9 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     import mne
 
     info = mne.create_info(recording.ch_names, recording.sfreq, recording.ch_types, verbose="error")
-    if reference:
-        info["description"] = f"reference of the recording: {reference}"
+    info["description"] = "\n".join(
+        text for text in (reference and f"{_REFERENCE}{reference}", mark_of(recording.origins)) if text
+    )
     info["bads"] = list(recording.bads)
     raw = mne.io.RawArray(recording.data, info, verbose="error")
     if recording.montage is not None:

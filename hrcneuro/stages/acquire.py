@@ -11,7 +11,7 @@ from hrcneuro import published
 from hrcneuro.contract import Inputs, Stage, Work, option
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.paradigm.params import SessionParams, TimingParams
-from hrcneuro.sources import layout
+from hrcneuro.sources import layout, origin
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +26,7 @@ _SIMULATION = frozenset({"sfreq", "seed", "contaminated", "session", "timing", "
 _READ = ("dataset", "file")
 _SOURCES = {
     "path": ("dataset", "file", "semisynthetic"),
+    "recorded": ("dataset", "file", "semisynthetic"),
     "onset_event": ("dataset",),
     "event_map": ("file",),
     "stream": ("file",),
@@ -62,6 +63,9 @@ class Config:
     montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
     unit: str = option(
         "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
+    )
+    recorded: bool = option(
+        False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
     )
     reference: str = option("", "reference of the recording, for the record")
     stream: str = option("", "XDF: name of the EEG stream, where there are several")
@@ -159,12 +163,14 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
 
     if config.source in ("synthetic", "semisynthetic"):
         signals, moves, truth = _simulate(config, unit)
+        signals.origins = _simulated_origins(config, unit)
         return signals, study_trials(moves, unit, signals.sfreq), truth
     if config.source == "dataset":
         from hrcneuro.sources.dataset import read_study
 
         signals, moves = read_study(config.path, unit, onset_event=config.onset_event)
         _shape(config, signals)
+        signals.origins = origin.vouched(signals.origins, config.recorded)
         return signals, study_trials(moves, unit, signals.sfreq), None
     from hrcneuro.sources.events import select_events
     from hrcneuro.sources.formats import read_recording
@@ -173,7 +179,16 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
     _shape(config, signals)
     events, notes = select_events(signals.markers, config.event_map)
     signals.notes += notes
+    signals.origins = origin.vouched(signals.origins, config.recorded)
     return signals, event_trials(events, unit, signals.sfreq), None
+
+
+def _simulated_origins(config: Config, unit: str) -> origin.Origins:
+    if config.source == "synthetic":
+        return origin.SYNTHETIC
+    simulated = origin.Origins(origin.Origin.SYNTHETIC, origin.Origin.UNKNOWN)
+    known = origin.with_log(simulated, layout.dataset_files(config.path, unit, eeg=False))
+    return origin.vouched(known, config.recorded)
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -249,10 +264,9 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
     from hrcneuro.sources.matching import histogram
 
     kinds = {kind: len(signals.picks(kind)) for kind in dict.fromkeys(signals.ch_types)}
-    recorded = config.source in ("dataset", "file")
     return {
         "source": config.source,
-        "real": {"eeg": recorded, "behaviour": config.source != "synthetic"},
+        "origin": signals.origins.told,
         "channels": kinds,
         "sfreq": signals.sfreq,
         "duration_s": round(signals.duration_s, 3),

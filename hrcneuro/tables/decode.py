@@ -118,8 +118,10 @@ TABLE2 = Table(
         "published_sd": Column("float", "%", "the same table's SD"),
     },
 )
+ABOVE = ("tnr", "tpr", "acc")
+"""The rates that the paper compares with the chance level (Table 2)."""
 TESTS = Table(
-    1,
+    2,
     "one row a scenario, problem and decoder: is the group above chance?",
     {
         **_KEY,
@@ -130,10 +132,11 @@ TESTS = Table(
         "significant": Column("bool", "", "p_holm < 0.05"),
         "acc": Column("float", "%", "mean accuracy"),
         "chance": Column("float", "%", "mean chance level over subjects, scenarios and problems"),
-        "above_chance": Column(
-            "bool", "", "the paper's own rule: mean accuracy above the mean chance level; null where n = 0"
-        ),
-        "published_above": Column("bool", "", "the paper's verdict; null where it has none"),
+        **{
+            f"p_{rate}": Column("float", "", f"one-sided sign flips of the subjects, {rate} - own chance level")
+            for rate in ABOVE
+        },
+        **{f"published_{rate}": Column("bool", "", f"{rate} printed as significantly above chance") for rate in ABOVE},
     },
 )
 COMPARED = Table(

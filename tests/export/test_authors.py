@@ -18,6 +18,7 @@ from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
 from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources.logs import read_log
+from hrcneuro.sources.origin import SYNTHETIC
 from hrcneuro.stages import acquire
 
 LOGS = Path(__file__).parents[2] / "../shared/data/HRC_neurobased_taskplanning"
@@ -49,7 +50,7 @@ def exported(tmp_path):
         folder = folder or tmp_path / "layout"
         export.prepare(folder, [unit], study=study)
         files = made / f"{unit}_raw.fif", made / "trials.parquet"
-        return export.export_subject(*files, folder, unit, key=key, study=study, source="synthetic")
+        return export.export_subject(*files, folder, unit, key=key, study=study, origins=SYNTHETIC)
 
     return write
 
@@ -132,7 +133,7 @@ def test_the_same_recording_gives_the_same_bytes(tmp_path, acquired, exported):
 def test_the_header_says_that_the_recording_is_synthetic_and_names_no_folder(tmp_path, acquired, exported):
     exported(acquired())
     text = (tmp_path / "layout/s01/s01.set").read_bytes()
-    assert b"source: synthetic" in text
+    assert b"SYNTHETIC: behaviour and EEG were simulated by hrcneuro" in text
     assert str(tmp_path).encode() not in text
 
 

@@ -13,11 +13,13 @@ from hrcneuro.report import facts
 from hrcneuro.report.claims import CLAIMS, measure, rows
 from hrcneuro.report.parameters import BY_DESIGN, PARAMETERS, SETUP
 from hrcneuro.report.results import Results
-from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, VERDICTS
+from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, MISSING, OPEN, PLANTED, VERDICTS
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT.parent / "shared/paper/ehrlich2023.md"
 SUBJECTS = [f"s{i:02d}" for i in range(1, 13)]
+# The excluded one keeps its name.
+SHUFFLED = ["s02", "s03", "s04", "s05", "s06", "s01", "s07", *(f"s{i:02d}" for i in range(12, 7, -1))]
 
 
 def item(stage, unit, summary):
@@ -35,11 +37,27 @@ def decoded(acc=None, chance=CHANCE.value):
     return cells
 
 
-def study(*, eeg=False, behaviour=False, acc=None, chance=CHANCE.value, subjects=SUBJECTS, assignments=()):
+def by_group(acc=None):
+    """Return the summary of decode's group: the printed means, and p values that fit them."""
+    cells = decoded(acc)
+    for one in (cell for problems in cells.values() for cell in problems.values()):
+        one["p_above_chance"] = {rate: 0.01 if one[rate] > CHANCE.value else 0.6 for rate in ("tnr", "tpr", "acc")}
+    return cells
+
+
+def kind(real):
+    return "real" if real else "synthetic"
+
+
+def study(*, eeg=False, behaviour=False, logs="", acc=None, chance=CHANCE.value, subjects=SUBJECTS, assignments=()):
     settings = config.load(None, [f"study.subjects={subjects}", *assignments])
     included = [s for s in subjects if s != "s07"]
-    items = [item("acquire", s, {"real": {"eeg": eeg, "behaviour": behaviour}}) for s in subjects]
-    items += [item("decode", s, decoded(acc, chance)) for s in included]
+    named = dict(zip(subjects, logs or [""] * len(subjects), strict=True))
+    items = [
+        item("acquire", s, {"origin": {"eeg": kind(eeg), "behaviour": kind(behaviour), "log": log}})
+        for s, log in named.items()
+    ]
+    items += [item("decode", s, decoded(acc, chance)) for s in included] + [item("decode", "group", by_group(acc))]
     return {row.quantity: row for row in rows(Results(settings, items)) if row.kind == "result"}
 
 
@@ -105,7 +123,30 @@ def test_nothing_is_claimed_before_anything_has_run():
 def test_table_2_on_each_kind_of_data(real, acc, expected):
     found = study(**real, acc=acc)
     assert found["ACC, RRvsRH, iC"].verdict == expected
-    assert found["RRvsRH, iC, ACC"].verdict == expected
+    for rate in ("ACC", "TNR", "TPR"):
+        assert found[f"RRvsRH, iC, {rate}"].verdict == expected
+
+
+def test_above_chance_is_what_the_test_over_subjects_finds_not_what_a_mean_exceeds():
+    cells = by_group()
+    cells["iC"]["RRvsRH"]["p_above_chance"]["tpr"] = 0.2  # 56.1 %, but not of every subject
+    items = [item("acquire", s, {"origin": {"eeg": "real", "behaviour": "real"}}) for s in SUBJECTS]
+    settings = config.load(None, [f"study.subjects={SUBJECTS}"])
+    found = {row.quantity: row for row in rows(Results(settings, [*items, item("decode", "group", cells)]))}
+    assert found["RRvsRH, iC, TPR"].verdict == DIFFERS
+    assert found["RRvsRH, iC, TNR"].verdict == AGREES
+    assert "56.1 %, chance 54.3 %, p = 0.2" in found["RRvsRH, iC, TPR"].ours
+
+
+def test_a_row_says_where_guessing_would_agree_with_it_and_where_its_reading_was_chosen():
+    found = study(eeg=True, behaviour=True)
+    named = {(scenario, problem, name) for (scenario, problem), rates in TABLE_2.items() for name in rates}
+    guessed = {one for one in named if "guessing" in found[f"{one[2].upper()}, {one[1]}, {one[0]}"].why}
+    assert len(named) == 12
+    assert len(guessed) == 7
+    assert ("iC", "RRvsRH", "acc") not in guessed
+    chosen = {row.quantity for row in found.values() if row.verdict == CHOSEN}
+    assert chosen == {"chance level", *(f"{rate}, HHvsHR, sC" for rate in ("TNR", "TPR", "ACC"))}
 
 
 @pytest.mark.parametrize("nothing", ["acquire.eeg.effect=none", "acquire.eeg.effect_uv=0"])
@@ -127,16 +168,23 @@ def test_an_effect_in_ic_alone_is_planted_there_alone():
 
 
 def test_the_chance_level_rests_on_the_logs_not_on_the_eeg():
-    assert study(eeg=False, behaviour=True)["chance level"].verdict == AGREES
+    assert study(eeg=False, behaviour=True)["chance level"].verdict == CHOSEN
     assert study(eeg=False, behaviour=False)["chance level"].verdict == PLANTED
 
 
 @pytest.mark.parametrize(
-    ("source", "chance", "expected"),
-    [("dataset", 54.27, AGREES), ("dataset", 54.0, DIFFERS), ("file", 54.0, AGREES), ("file", 53.0, DIFFERS)],
+    ("logs", "chance", "expected"),
+    [
+        (SUBJECTS, 54.27, CHOSEN),
+        (SUBJECTS, 54.0, DIFFERS),
+        (SHUFFLED, 54.0, DIFFERS),  # the same logs under other names
+        (["s01"] * 12, 54.0, CHOSEN),
+        ("", 54.0, CHOSEN),
+        ("", 53.0, DIFFERS),
+    ],
 )
-def test_the_papers_own_logs_must_give_the_printed_chance_level_to_the_digit(source, chance, expected):
-    found = study(eeg=True, behaviour=True, chance=chance, assignments=[f"acquire.source={source}"])
+def test_the_papers_own_logs_must_give_the_printed_chance_level_to_the_digit(logs, chance, expected):
+    found = study(eeg=True, behaviour=True, logs=logs, chance=chance)
     assert found["chance level"].verdict == expected
 
 

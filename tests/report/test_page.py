@@ -98,8 +98,15 @@ def test_a_smoke_study_claims_no_agreement_on_brains(page):
     table = page[page.index("id='published'") : page.index("</section>", page.index("id='published'"))]
     brain = table[table.index("Signal quality") : table.index("The robot that learns")]
     assert "not testable" in brain
-    assert "class='agrees'" not in brain
-    assert "class='by'" not in brain
+    assert "class='not-testable'" in brain
+    assert "class='agrees" not in brain
+    assert "class='by-construction'" not in brain
+
+
+def test_the_page_says_how_much_of_table_2_a_guess_would_agree_with(page):
+    said = re.findall(r"at exactly 50 % would agree with (\d+) of the 12 numbers of Table 2", page)
+    assert len(said) == 2  # beside the verdicts and beside the table
+    assert len(set(said)) == 1
 
 
 def test_figures_lie_beside_the_page(written):

@@ -5,13 +5,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hrcneuro.report.verdicts import AGREES, DIFFERS, MISSING, OPEN, PLANTED, Grounds, Measured, near
+from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, MISSING, OPEN, PLANTED, Grounds, Measured, near
+from hrcneuro.sources.origin import Origin
 
-REAL = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": True}, {})
-SIMULATED = Grounds({"eeg": False, "behaviour": False, "model": True, "arithmetic": True}, {})
-LOGS = Grounds({"eeg": False, "behaviour": True, "model": True, "arithmetic": True}, {})
-MIXED = Grounds({"eeg": None, "behaviour": True, "model": None, "arithmetic": True}, {})
-SHORT = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": True}, {"eeg": "3 subjects of 11"})
+GROUNDS = ("eeg", "behaviour", "model", "arithmetic")
+
+
+def grounds_of(eeg, behaviour, model=Origin.REAL, short=None):
+    return Grounds(dict(zip(GROUNDS, (eeg, behaviour, model, Origin.REAL), strict=True)), short or {})
+
+
+REAL = grounds_of(Origin.REAL, Origin.REAL)
+SIMULATED = grounds_of(Origin.SYNTHETIC, Origin.SYNTHETIC)
+LOGS = grounds_of(Origin.SYNTHETIC, Origin.REAL)
+MIXED = grounds_of(None, Origin.REAL, None)
+UNKNOWN = grounds_of(Origin.UNKNOWN, Origin.UNKNOWN)
+SHORT = grounds_of(Origin.REAL, Origin.REAL, short={"eeg": "3 subjects of 11"})
 
 
 @pytest.mark.parametrize(
@@ -33,10 +42,29 @@ SHORT = Grounds({"eeg": True, "behaviour": True, "model": True, "arithmetic": Tr
         (SHORT, False, "eeg", True, OPEN),
         (SHORT, True, "behaviour", True, AGREES),
         (REAL, None, "eeg", True, OPEN),
+        (UNKNOWN, True, "eeg", True, OPEN),
+        (UNKNOWN, False, "behaviour", True, OPEN),
+        (UNKNOWN, True, "model", True, AGREES),
     ],
 )
 def test_verdict_follows_from_what_is_real_and_large_enough(grounds, agrees, rests_on, planted, expected):
     assert grounds.verdict(Measured("x", agrees, rests_on, "why", planted))[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("grounds", "agrees", "expected"),
+    [(REAL, True, CHOSEN), (REAL, False, DIFFERS), (REAL, None, OPEN), (SIMULATED, True, PLANTED)],
+)
+def test_a_figure_that_its_reading_was_chosen_for_does_not_plainly_agree(grounds, agrees, expected):
+    verdict, why = grounds.verdict(Measured("x", agrees, "behaviour", "as printed", reading="what counts as a trial"))
+    assert verdict == expected
+    assert ("what counts as a trial" in why) == (expected == CHOSEN)
+
+
+def test_data_of_unknown_origin_are_told_from_others_and_keep_their_figure():
+    verdict, why = UNKNOWN.verdict(Measured("x", False, "eeg", "within 2"))
+    assert verdict == OPEN
+    assert why == "the data are of unknown origin; the figure does not fit: within 2"
 
 
 def test_what_has_not_run_is_said_to_be_missing():
@@ -51,11 +79,12 @@ def test_what_a_stage_that_ran_does_not_give_is_not_called_missing():
 
 @given(
     agrees=st.sampled_from([True, False, None]),
-    rests_on=st.sampled_from(["eeg", "behaviour", "model", "arithmetic"]),
+    rests_on=st.sampled_from(GROUNDS),
     planted=st.booleans(),
+    origin=st.sampled_from([Origin.SYNTHETIC, Origin.UNKNOWN, None]),
 )
-def test_simulated_data_never_agree(agrees, rests_on, planted):
-    grounds = Grounds(dict.fromkeys(("eeg", "behaviour", "model", "arithmetic"), False), {})
+def test_only_real_data_agree(agrees, rests_on, planted, origin):
+    grounds = Grounds(dict.fromkeys(GROUNDS, origin), {})
     assert grounds.verdict(Measured("x", agrees, rests_on, "", planted))[0] != AGREES
 
 

@@ -36,7 +36,7 @@ def test_a_folder_with_all_quirks_gives_the_trials_that_were_logged(study, confi
     summary = run(config, out)
     raw, trials = read_raw(out / "s01_raw.fif"), read_table(out / "trials.parquet")
 
-    assert summary["real"] == {"eeg": True, "behaviour": True}
+    assert summary["origin"] == {"eeg": "of unknown origin", "behaviour": "of unknown origin", "log": ""}
     assert summary["channels"] == {"eeg": 6, "eog": 3}
     assert summary["sfreq"] == raw.info["sfreq"] == 256
     assert summary["events"] == {"move": len(written)}

@@ -33,7 +33,7 @@ def synthetic(tmp_path_factory):
 def test_a_synthetic_subject_has_recording_trials_and_truth(synthetic):
     summary, out = synthetic
     raw, trials = read_raw(out / "s01_raw.fif"), read_table(out / "trials.parquet")
-    assert summary["real"] == {"eeg": False, "behaviour": False}
+    assert summary["origin"] == {"eeg": "synthetic", "behaviour": "synthetic", "log": ""}
     assert summary["channels"] == {"eeg": 27, "eog": 3}
     assert summary["without_position"] == []
     assert summary["events"] == {"move": len(trials)}
@@ -99,7 +99,7 @@ def test_a_real_log_gets_a_synthetic_recording(tmp_path):
     assert set(acquire.sources(config, "s01")) == {"log", "metadata"}
     summary = acquire.run(config, Inputs("s01", {}), tmp_path)
     trials = read_table(tmp_path / "trials.parquet")
-    assert summary["real"] == {"eeg": False, "behaviour": True}
+    assert summary["origin"] == {"eeg": "synthetic", "behaviour": "real", "log": "s01"}
     assert summary["events"] == {"move": 2198}
     counts = trials.groupby(["scenario", "condition_before"]).size()
     assert [counts[s, c] for s in ("sC", "iC") for c in ("HH", "HR", "RR", "RH")] == [
@@ -166,7 +166,7 @@ def test_contradictions_are_named(change, message):
 SET = {
     "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
-    "reference": "left earlobe", "stream": "amp",
+    "recorded": True, "reference": "left earlobe", "stream": "amp",
 }  # fmt: skip
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
@@ -183,8 +183,8 @@ def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_i
             sentence,
         )
     semi = acquire.check(acquire.Config(source="semisynthetic", **SET))
-    assert len(semi) == len(SET) - 1
-    assert not any(sentence.startswith("path") for sentence in semi)
+    assert len(semi) == len(SET) - 2
+    assert not any(sentence.startswith(("path", "recorded")) for sentence in semi)
 
 
 def test_a_recording_from_a_file_takes_its_options():

@@ -1,6 +1,7 @@
 """The stage decode from epochs file to tables and summary, with good and with poor input."""
 
 import hashlib
+import itertools
 import json
 import sys
 import tomllib
@@ -237,7 +238,14 @@ def test_the_group(study, tmp_path):
     tests = read_table(out / "group_tests.parquet").set_index(["scenario", "problem"])
     assert tests.loc[("iC", "RRvsRH"), "p"] == 1 / 16
     assert tests.loc[("iC", "RRvsRH"), "p_holm"] == pytest.approx(4 / 16)
-    assert tests["published_above"].tolist() == [False, True, False, False]
+    for rate in ("tnr", "tpr", "acc"):
+        assert tests[f"published_{rate}"].tolist() == [False, True, False, False]
+    scores = [read_table(f / "scores.parquet").set_index(["scenario", "problem"]) for f in folders.values()]
+    beyond = np.array([one.loc[("iC", "RRvsRH"), "tpr"] - one.loc[("iC", "RRvsRH"), "chance"] for one in scores])
+    signs = np.array(list(itertools.product([1, -1], repeat=4)))
+    expected = np.mean(signs @ beyond >= beyond.sum() - 1e-9)
+    assert tests.loc[("iC", "RRvsRH"), "p_tpr"] == pytest.approx(expected)
+    assert summary["iC"]["RRvsRH"]["p_above_chance"]["tpr"] == pytest.approx(expected)
     assert summary["iC"]["RRvsRH"]["n"] == 4
     assert len(read_table(out / "subjects.parquet")) == 16
     assert {p.suffix for p in out.iterdir()} == {".parquet"}, "pictures are the drawings'"
@@ -258,7 +266,7 @@ def test_the_group_leaves_out_what_was_not_computed(study, tmp_path):
     decode.run_group(QUICK, Inputs.of("group", decode={"s02": folders["s02"]}), out)
     tests = read_table(out / "group_tests.parquet").set_index(["scenario", "problem"])
     assert tests.loc[("iC", "RRvsRH"), "n"] == 0
-    assert tests.loc[("iC", "RRvsRH"), "above_chance"] is None or np.isnan(tests.loc[("iC", "RRvsRH"), "above_chance"])
+    assert np.isnan(tests.loc[("iC", "RRvsRH"), ["p_tnr", "p_tpr", "p_acc"]].astype(float)).all()
 
 
 def test_the_0_to_600_ms_mean_stands_beside_the_papers_by_default(study):

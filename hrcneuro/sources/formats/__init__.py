@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hrcneuro.sources.formats.companions import companions
+from hrcneuro.sources.formats.statements import statements
+from hrcneuro.sources.origin import marked
 from hrcneuro.sources.pointers import refuse_pointer
 
 if TYPE_CHECKING:
@@ -45,4 +47,5 @@ def read_recording(path: Path, *, stream: str = "") -> Recording:
     ending = next(e for e in READABLE if path.name.lower().endswith(e))
     module = import_module(f"hrcneuro.sources.formats.{_MODULES[ending]}")
     recording: Recording = module.read(path, stream=stream) if module.__name__.endswith("xdf") else module.read(path)
+    recording.origins = marked(statements(path))
     return recording
