@@ -97,7 +97,7 @@ def _overhear() -> Iterator[Callable[[], list[str]]]:
     """Keep from the terminal what libraries warn of, by Python's warnings or in a log; yields what tells it so far."""
     logged: list[str] = []
     handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda entry: logged.append(f"{entry.name}: {entry.getMessage()}")  # type: ignore[method-assign]
+    handler.emit = lambda record: logged.append(f"{record.name}: {record.getMessage()}")  # type: ignore[method-assign]
     logging.getLogger().addHandler(handler)
     try:
         with warnings.catch_warnings(record=True) as caught:
