@@ -1,10 +1,12 @@
 """Times what costs nobody anything: ``hrcneuro --help``, and a 12-subject study of which everything is cached.
 
-``python benchmarks/bench_cached.py [WORKDIR]``; with a folder, the study that it holds is kept and used again.
+``python benchmarks/bench_cached.py [--quick] [WORKDIR]``; with a folder, the study that it holds is kept and used
+again. ``--quick`` takes two subjects and one run of each.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import resource
@@ -20,6 +22,11 @@ LIMITS_S = {"--help": 0.3, "cached study": 2.0}
 NUMERIC = ("numpy", "scipy", "pandas", "mne", "pyarrow", "sklearn", "matplotlib")
 # Everything that the paper's study has, each part as short as it can be: what is cached costs the same.
 PIPELINE = 'config = "short.toml"\n'
+QUICK = """
+[study]
+subjects = ["s01", "s02"]
+exclude = []
+"""
 CONFIG = """
 [acquire]
 sfreq = 128.0
@@ -46,19 +53,22 @@ episodes = [1]
 """
 
 
-def main(folder: Path) -> int:
+def main(folder: Path, *, quick: bool) -> int:
     """Return 1 where a limit is passed or a numeric library is loaded in vain."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "short.toml").write_text(CONFIG)
+    (folder / "short.toml").write_text(QUICK + CONFIG if quick else CONFIG)
     (folder / "pipeline.toml").write_text(PIPELINE)
     study = ("run", folder / "pipeline.toml", "--workdir", folder)
     start = time.perf_counter()
     call(*study, "-q")
-    print(f"12 short subjects brought up to date in {time.perf_counter() - start:.0f} s")
+    print(f"{2 if quick else 12} short subjects brought up to date in {time.perf_counter() - start:.0f} s")
     items = json.loads(call(*study, "--json").stdout)["items"]
     assert all(item["state"] == "hit" for item in items), "the second run is not all hits"
     loaded = numeric_libraries(*study)
-    took = {"--help": seconds("--help", times=10), "cached study": seconds(*study, times=5)}
+    took = {
+        "--help": seconds("--help", times=1 if quick else 10),
+        "cached study": seconds(*study, times=1 if quick else 5),
+    }
     for name, limit in LIMITS_S.items():
         wall, cpu = took[name]
         note = f", {len(items)} units" if name == "cached study" else ""
@@ -98,7 +108,11 @@ def call(*arguments: str | Path, options: tuple[str, ...] = ()) -> subprocess.Co
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        sys.exit(main(Path(sys.argv[1])))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="two subjects, one run of each command")
+    parser.add_argument("workdir", type=Path, nargs="?", help="keep the study here and use it again")
+    chosen = parser.parse_args()
+    if chosen.workdir:
+        sys.exit(main(chosen.workdir, quick=chosen.quick))
     with tempfile.TemporaryDirectory() as temporary:
-        sys.exit(main(Path(temporary)))
+        sys.exit(main(Path(temporary), quick=chosen.quick))

@@ -1,9 +1,12 @@
-"""Times SIM1-4 (26 curves) at 100 to 10,000 repetitions on one core, with the peak memory: ``python FILE [R ...]``."""
+"""Times SIM1-4 (26 curves) at 100 to 10,000 repetitions on one core, with the peak memory.
+
+``python benchmarks/bench_simulate.py [--quick] [R ...]``; ``--quick`` leaves the 10,000 out and runs each once.
+"""
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import time
 from functools import partial
 
@@ -16,7 +19,7 @@ from hrcneuro.learning.task import JointTask
 LIMITS = {100: 1.5, 10_000: 60.0}
 
 
-def main(counts: list[int]) -> None:
+def main(counts: list[int], *, quick: bool) -> None:
     variants = paper_simulations(
         JointTask(),
         empirical=CoinFlips(PAPER),
@@ -26,7 +29,7 @@ def main(counts: list[int]) -> None:
     )
     for repetitions in counts:
         times = []
-        for _ in range(3 if repetitions <= 1000 else 1):
+        for _ in range(1 if quick or repetitions > 1000 else 3):
             start = time.perf_counter()
             run_curves(variants, partial(PaperLearner, alpha=0.05), repetitions=repetitions, seed=1, tau=0.1)
             times.append(time.perf_counter() - start)
@@ -37,4 +40,8 @@ def main(counts: list[int]) -> None:
 
 
 if __name__ == "__main__":
-    main([int(a) for a in sys.argv[1:]] or [100, 1000, 10_000])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="100 and 1000 repetitions, one run instead of the median")
+    parser.add_argument("repetitions", type=int, nargs="*", help="repetitions of each curve")
+    chosen = parser.parse_args()
+    main(chosen.repetitions or ([100, 1000] if chosen.quick else [100, 1000, 10_000]), quick=chosen.quick)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import logging
 import os
 import select
 import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import typer
@@ -31,7 +34,8 @@ def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
     def run(options: Options, **values: Any) -> None:
         _end_as_by_interrupt()
         try:
-            code = command(options, **values)
+            with contextlib.nullcontext() if options.debug else _libraries_are_silent():
+                code = command(options, **values)
             if sys.stdout is not None:
                 sys.stdout.flush()
         except StageInterrupted as error:
@@ -60,6 +64,23 @@ def _end_as_by_interrupt() -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
+
+
+@contextlib.contextmanager
+def _libraries_are_silent() -> Iterator[None]:
+    """Keep from the terminal what libraries warn of: it speaks to programmers. Python's -W and --debug let it through.
+
+    What a user must know of a recording reaches the notes (``sources.formats``), of a task its record.
+    """
+    silence = logging.NullHandler()
+    logging.getLogger().addHandler(silence)
+    try:
+        with warnings.catch_warnings():
+            if not sys.warnoptions:
+                warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.getLogger().removeHandler(silence)
 
 
 def _reader_is_gone() -> bool:

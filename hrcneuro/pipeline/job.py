@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import platform
 import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -70,8 +71,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
 
     place = (job.task.name, job.task.unit, job.key)
     call, libraries = work_of(job.task)
-    with store.workspace(*place) as work, warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("default")
+    with store.workspace(*place) as work, _overhear() as overheard:
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
         # What libraries print goes to standard error: on standard output it would spoil --json.
         with threadpool_limits(1), contextlib.redirect_stdout(sys.stderr):
@@ -86,10 +86,25 @@ def _compute(job: Job, store: Store, start: float) -> Record:
             "platform": f"{platform.system()} {platform.machine()}",
             "blas_threads": 1,
             "versions": {name: fingerprint.version(name) for name in libraries},
-            "warnings": sorted({f"{w.category.__name__}: {w.message}" for w in caught}),
+            "warnings": overheard(),
         }
         record = Record(*place, job.parts, {}, summary, provenance)
         return store.publish(record, work)
+
+
+@contextlib.contextmanager
+def _overhear() -> Iterator[Callable[[], list[str]]]:
+    """Keep from the terminal what libraries warn of, by Python's warnings or in a log; yields what tells it so far."""
+    logged: list[str] = []
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: logged.append(f"{record.name}: {record.getMessage()}")  # type: ignore[method-assign]
+    logging.getLogger().addHandler(handler)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("default")
+            yield lambda: sorted({*logged, *(f"{w.category.__name__}: {w.message}" for w in caught)})
+    finally:
+        logging.getLogger().removeHandler(handler)
 
 
 def work_of(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:

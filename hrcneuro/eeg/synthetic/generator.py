@@ -160,7 +160,7 @@ def _rhythms(latent: _Latent) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     watching = background.desynchronised(samples, sfreq, latent.onset_s, from_s=0.15, to_s=0.60, depth=0.25)
     moving = background.desynchronised(samples, sfreq, human_s, from_s=-0.4, to_s=0.4, depth=0.5)
     middle = site("O1") + site("O2")
-    sites = {"alpha_left": site("O1"), "alpha_right": site("O2"), "alpha_middle": middle / np.linalg.norm(middle)}
+    sites = {"alpha_left": site("O1"), "alpha_right": site("O2"), "alpha_middle": middle / np.sqrt(np.sum(middle**2))}
     jitter = 0.006 * params.variability
     for name, place in sites.items():
         gain = topography(place, depth=0.62, tilt=0.6 * places.standard_normal(3), jitter_m=jitter, rng=places)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+
+from hrcneuro.eeg.synthetic.sphere import potential
 
 EEG = (
     "Fp1", "Fp2", "F3", "F4", "F7", "F8", "FC1", "FC2", "FC5", "FC6", "C3", "C4", "T7", "T8",
@@ -17,8 +18,22 @@ CH_NAMES = EEG + EOG
 CH_TYPES = ("eeg",) * len(EEG) + ("eog",) * len(EOG)
 MASTOIDS = (EEG.index("TP9"), EEG.index("TP10"))
 
-# Left and right outer canthus and forehead (Schlögl et al. 2007), by their nearest neighbours in the 10-05 system.
-_EOG_SITES = {"EOG1": "AF9", "EOG2": "AF10", "EOG3": "Fpz"}
+# Millimetres right, forward and up from the centre of the sphere that fits these electrodes best (96.5 mm): places of
+# the 10-05 system on the Colin27 head (Oostenveld & Praamstra 2001; MNE's montage colin27_1005). Left and right outer
+# canthus and forehead (Schlögl et al. 2007) are its AF9, AF10 and Fpz. Numbers, since a fit ends elsewhere on another
+# processor.
+_PLACES_MM = {
+    "Fp1": (-30.0, 99.2, -13.0), "Fp2": (29.3, 100.0, -13.2), "F3": (-50.9, 71.3, 37.8),
+    "F4": (51.1, 72.0, 36.4), "F7": (-71.0, 57.7, -15.1), "F8": (72.3, 59.1, -15.8),
+    "FC1": (-34.8, 46.3, 77.1), "FC2": (34.0, 46.4, 75.9), "FC5": (-78.0, 36.0, 22.0),
+    "FC6": (78.7, 36.7, 22.0), "C3": (-66.3, 8.0, 63.6), "C4": (66.2, 8.2, 62.8),
+    "T7": (-85.1, -0.5, -9.7), "T8": (84.1, -0.1, -9.9), "CP5": (-80.6, -28.7, 32.2),
+    "CP6": (82.3, -28.9, 32.5), "P3": (-54.2, -59.6, 59.0), "P4": (54.5, -59.7, 59.6),
+    "P7": (-73.6, -57.5, 0.4), "P8": (71.9, -57.7, 0.3), "TP9": (-86.7, -33.0, -44.3),
+    "TP10": (85.1, -34.2, -44.4), "O1": (-30.7, -96.0, 13.9), "O2": (28.6, -95.9, 13.8),
+    "Fz": (-0.4, 77.9, 61.7), "Cz": (-0.5, 12.2, 99.3), "Pz": (-0.8, -60.6, 85.8),
+    "EOG1": (-49.6, 77.2, -52.6), "EOG2": (49.8, 76.6, -52.9), "EOG3": (-0.5, 103.7, -8.0),
+}  # fmt: skip
 # Cortex in a head of about 95 mm: no dipoles deeper than 40 mm from the centre, none below the ear line's basin.
 _SHELL_M = (0.025, 0.072)
 _FLOOR_M = -0.03
@@ -36,24 +51,10 @@ class Head:
 
 @lru_cache(maxsize=1)
 def head() -> Head:
-    """Return the head model, computed by MNE's four-layer sphere on first use (about a second, then kept).
-
-    The electrodes are those of MNE's 10-05 montage; the sphere is fitted to them. Nothing is downloaded.
-    """
-    import mne
-
-    sites = _montage()
-    info = mne.create_info(list(CH_NAMES), 1000.0, "eeg", verbose="error")
-    info.set_montage(sites, verbose="error")
-    sphere = mne.make_sphere_model("auto", "auto", info, verbose="error")
-    centre = np.asarray(sphere["r0"])
+    """Return the head model, computed on first use (a third of a second, then kept)."""
+    electrodes = np.array([_PLACES_MM[name] for name in CH_NAMES]) / 1000
     grid = _grid()
-    normals = np.tile([0.0, 0.0, 1.0], (len(grid), 1))
-    sources = mne.setup_volume_source_space(pos={"rr": grid + centre, "nn": normals}, sphere=sphere, verbose="error")
-    forward = mne.make_forward_solution(info, None, sources, sphere, meg=False, mindist=0.0, n_jobs=1, verbose="error")
-    gain = forward["sol"]["data"].reshape(len(CH_NAMES), len(grid), 3) * 1e-3  # V per A·m to µV per nA·m
-    electrodes = np.array([ch["loc"][:3] for ch in info["chs"]]) - centre
-    return Head(electrodes, grid, gain)
+    return Head(electrodes, grid, potential(electrodes, grid) * 1e-3)  # V per A·m to µV per nA·m
 
 
 def to_mastoids(gain: np.ndarray) -> np.ndarray:
@@ -64,7 +65,7 @@ def to_mastoids(gain: np.ndarray) -> np.ndarray:
 def site(name: str) -> np.ndarray:
     """Return the direction of an electrode from the sphere's centre, shape (3,), length 1."""
     where = head().electrodes[CH_NAMES.index(name)]
-    return where / np.linalg.norm(where)
+    return where / np.sqrt(np.sum(where**2))
 
 
 def topography(
@@ -84,24 +85,9 @@ def topography(
     place = where * depth * radius + jitter_m * rng.standard_normal(3)
     nearest = int(np.argmin(np.linalg.norm(model.dipoles - place, axis=1)))
     orientation = where + tilt + 5 * jitter_m * rng.standard_normal(3)
-    gain = to_mastoids(model.gain[:, nearest] @ (orientation / np.linalg.norm(orientation)))
+    # einsum, not BLAS, whose last bits depend on the processor.
+    gain = to_mastoids(np.einsum("ck,k->c", model.gain[:, nearest], orientation / np.sqrt(np.sum(orientation**2))))
     return gain / np.abs(gain[: len(EEG)]).max()
-
-
-def _montage() -> object:
-    import mne
-
-    # MNE 1.13 renamed the montage and warns at the old name.
-    known = {m if isinstance(m, str) else m[0] for m in mne.channels.get_builtin_montages()}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)
-        standard = mne.channels.make_standard_montage("colin27_1005" if "colin27_1005" in known else "standard_1005")
-    at = standard.get_positions()
-    places = {name: at["ch_pos"][_EOG_SITES.get(name, name)] for name in CH_NAMES}
-    # Two channels may not share a place with another; Fpz, AF9 and AF10 are no channels of the study.
-    return mne.channels.make_dig_montage(
-        places, nasion=at["nasion"], lpa=at["lpa"], rpa=at["rpa"], coord_frame=at["coord_frame"]
-    )
 
 
 def _grid() -> np.ndarray:

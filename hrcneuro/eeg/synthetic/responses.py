@@ -59,9 +59,9 @@ def topographies(rng: np.random.Generator, *, variability: float) -> dict[str, n
     jitter = 0.006 * variability
     straight = np.zeros(3)
     front = site("Fz") + site("Cz")
-    front /= np.linalg.norm(front)
+    front /= np.sqrt(np.sum(front**2))
     back = site("O1") + site("O2")
-    back /= np.linalg.norm(back)
+    back /= np.sqrt(np.sum(back**2))
     left = site("C3")
     return {
         "visual": topography(back, depth=0.70, tilt=straight, jitter_m=jitter, rng=rng),

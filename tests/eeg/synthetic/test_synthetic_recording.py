@@ -100,10 +100,11 @@ print(hashlib.sha256(made.data_uv.tobytes()).hexdigest())
 """
 
 
-def test_bytes_do_not_depend_on_the_number_of_threads():
+def test_bytes_do_not_depend_on_the_number_of_threads_nor_on_the_processor_of_the_matrix_products():
     hashes = set()
-    for threads in ("1", "2"):
+    for threads, processor in (("1", "Nehalem"), ("2", "Haswell")):
         env = os.environ | {"OPENBLAS_NUM_THREADS": threads, "OMP_NUM_THREADS": threads, "MKL_NUM_THREADS": threads}
+        env |= {"OPENBLAS_CORETYPE": processor}
         done = subprocess.run([sys.executable, "-c", SCRIPT], env=env, capture_output=True, text=True, check=True)
         hashes.add(done.stdout)
     assert len(hashes) == 1
