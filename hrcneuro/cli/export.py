@@ -78,8 +78,8 @@ def _write(options: Options, settings: Settings, items: Sequence[Item], folder: 
         if item.state in ("hit", "ran"):
             files.setdefault(item.unit, {}).update({name: Path(path) for name, path in item.artifacts.items()})
     acquire = settings.sections["acquire"]
-    told = {i.unit: i.summary["origin"] for i in items if i.stage == "acquire" and i.unit in files}
-    origins = {name: Origins.of(one) for name, one in told.items()}
+    summaries = {i.unit: i.summary["origin"] for i in items if i.stage == "acquire" and i.unit in files}
+    origins = {name: Origins.of(one) for name, one in summaries.items()}
     simulated = acquire.source in ("synthetic", "semisynthetic")
     count = 0
     with guarded(folder):

@@ -158,8 +158,8 @@ def _balance(late: _Point) -> dict[str, Measured]:
         return {}
     text = ", ".join(f"{m} of 10: {100 * mean[0]:.0f} %" for m, mean in means.items() if mean)
     shown = " and ".join(f"{100 * d:+.1f} ± {100 * margin:.1f}" for d, margin in steps)
-    told = [_within(d, margin, _NOTABLE) for d, margin in steps]
-    agrees = False if False in told else None if None in told else True
+    verdicts = [_within(d, margin, _NOTABLE) for d, margin in steps]
+    agrees = False if False in verdicts else None if None in verdicts else True
     how = "no more than" if agrees is not None else "too few repetitions to tell whether it is more than"
     why = f"{how} {100 * _NOTABLE:g} points from 5 of 10, Monte-Carlo error included: {shown}, empirical decoder"
     return {"sim4 balance": Measured(f"{text} at episode {_LATE}", agrees, "model", why)}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -40,14 +40,14 @@ class Origins:
     log: str = ""
 
     @classmethod
-    def of(cls, told: Mapping[str, str]) -> Origins:
-        """Return what a summary tells; what it does not tell is of unknown origin."""
-        eeg, behaviour = (Origin(told.get(name, Origin.UNKNOWN)) for name in ("eeg", "behaviour"))
-        return cls(eeg, behaviour, told.get("log", ""))
+    def of(cls, summary: Mapping[str, str]) -> Origins:
+        """Return the origins in a summary of acquire; what it does not have is of unknown origin."""
+        eeg, behaviour = (Origin(summary.get(name, Origin.UNKNOWN)) for name in ("eeg", "behaviour"))
+        return cls(eeg, behaviour, summary.get("log", ""))
 
     @property
-    def told(self) -> dict[str, str]:
-        """What the summary of acquire says."""
+    def summary(self) -> dict[str, str]:
+        """As they stand in the summary of acquire."""
         return {name: str(value) for name, value in asdict(self).items()}
 
 
@@ -57,6 +57,18 @@ def vouched(origins: Origins, recorded: bool) -> Origins:
         return origins
     eeg, behaviour = (Origin.REAL if one is Origin.UNKNOWN else one for one in (origins.eeg, origins.behaviour))
     return Origins(eeg, behaviour, origins.log)
+
+
+def joined(parts: Sequence[Origins]) -> Origins:
+    """Return the origins of recordings that are joined: one part that was simulated makes the whole so."""
+    eeg, behaviour = ({getattr(part, name) for part in parts} for name in ("eeg", "behaviour"))
+    return Origins(_of_whole(eeg), _of_whole(behaviour))
+
+
+def _of_whole(kinds: set[Origin]) -> Origin:
+    if Origin.SYNTHETIC in kinds:
+        return Origin.SYNTHETIC
+    return Origin.REAL if kinds == {Origin.REAL} else Origin.UNKNOWN
 
 
 UNKNOWN = Origins(Origin.UNKNOWN, Origin.UNKNOWN)

@@ -30,6 +30,8 @@ _SOURCES = {
     "onset_event": ("dataset",),
     "event_map": ("file",),
     "stream": ("file",),
+    "stream_rate": ("file",),
+    "rate_tolerance": ("file",),
 }
 
 
@@ -43,7 +45,10 @@ class Config:
         choices=("dataset", "file", "semisynthetic", "synthetic"),
     )
     path: str = option(
-        "", "data folder (dataset, semisynthetic), or recording with {subject} in it", path=True, keyed=False
+        "",
+        "data folder (dataset, semisynthetic), or recording with {subject} in it; several that fit * are joined",
+        path=True,
+        keyed=False,
     )
     sfreq: float = option(
         published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000
@@ -68,7 +73,15 @@ class Config:
         False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
     )
     reference: str = option("", "reference of the recording, for the record")
-    stream: str = option("", "XDF: name of the EEG stream, where there are several")
+    stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
+    stream_rate: str = option(
+        "nominal",
+        "XDF: the sampling rate that the stream states, or the one by the clock",
+        choices=("nominal", "measured"),
+    )
+    rate_tolerance: float = option(
+        0.01, "XDF: share by which the measured rate may differ before the nominal one is refused", low=0, high=1
+    )
     session: SessionParams = option(SessionParams(), "simulated session")
     timing: TimingParams = option(TimingParams(), "when simulated moves begin")
     eeg: SyntheticParams = option(SyntheticParams(), "synthetic recording")
@@ -172,12 +185,10 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
         _shape(config, signals)
         signals.origins = origin.vouched(signals.origins, config.recorded)
         return signals, study_trials(moves, unit, signals.sfreq), None
-    from hrcneuro.sources.events import select_events
-    from hrcneuro.sources.formats import read_recording
-
-    signals = read_recording(layout.recording_files(config.path, unit)["recording"], stream=config.stream)
+    files = layout.recording_files(config.path, unit)
+    signals = _recorded(config, files)
     _shape(config, signals)
-    events, notes = select_events(signals.markers, config.event_map)
+    events, notes = _events(config, signals, files)
     signals.notes += notes
     signals.origins = origin.vouched(signals.origins, config.recorded)
     return signals, event_trials(events, unit, signals.sfreq), None
@@ -189,6 +200,22 @@ def _simulated_origins(config: Config, unit: str) -> origin.Origins:
     simulated = origin.Origins(origin.Origin.SYNTHETIC, origin.Origin.UNKNOWN)
     known = origin.with_log(simulated, layout.dataset_files(config.path, unit, eeg=False))
     return origin.vouched(known, config.recorded)
+
+
+def _recorded(config: Config, files: dict[str, Path]) -> Recording:
+    from hrcneuro.sources.joining import read_joined
+
+    xdf = {name: getattr(config, name) for name in ("stream", "stream_rate", "rate_tolerance")}
+    return read_joined(layout.recordings(files), **xdf)
+
+
+def _events(config: Config, signals: Recording, files: dict[str, Path]) -> tuple[pd.DataFrame, list[str]]:
+    from hrcneuro.sources.events import select_events
+    from hrcneuro.sources.sidecars import refuse_events_elsewhere
+
+    if signals.markers.empty:
+        refuse_events_elsewhere(files["recording"])
+    return select_events(signals.markers, config.event_map)
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -235,14 +262,12 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["log"] = inspection.view_log(_moves(config, unit))
         return
     from hrcneuro.sources import dataset
-    from hrcneuro.sources.events import select_events
-    from hrcneuro.sources.formats import read_recording
     from hrcneuro.sources.matching import match_onsets
     from hrcneuro.sources.recording import check_signals
 
     study = config.source == "dataset"
     files = sources(config, unit)
-    signals = read_recording(files["set" if study else "recording"], stream=config.stream)
+    signals = dataset.read_eeg(config.path, unit) if study else _recorded(config, files)
     view["recording"] = inspection.view_recording(signals)
     inspection.attempt(view, lambda: _shape(config, signals))
     inspection.attempt(view, lambda: check_signals(signals))
@@ -252,7 +277,7 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["log"] = inspection.view_log(log)
         view["notes"] = match_onsets(signals.markers, log, event=config.onset_event, subject=unit).notes
     else:
-        view["notes"] = select_events(signals.markers, config.event_map)[1]
+        view["notes"] = _events(config, signals, files)[1]
 
 
 def _reference(config: Config) -> str:
@@ -266,7 +291,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
     kinds = {kind: len(signals.picks(kind)) for kind in dict.fromkeys(signals.ch_types)}
     return {
         "source": config.source,
-        "origin": signals.origins.told,
+        "origin": signals.origins.summary,
         "channels": kinds,
         "sfreq": signals.sfreq,
         "duration_s": round(signals.duration_s, 3),
