@@ -145,7 +145,7 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     raw = mne.io.RawArray(recording.data, info, verbose="error")
     if recording.montage is not None:
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
-            raw.set_montage(recording.montage, match_case=False, on_missing="ignore", verbose="error")
+            raw.set_montage(recording.montage, on_missing="ignore", verbose="error")
     # FIF keeps onsets in single precision: whole samples survive that, fractions would not.
     marks = [(s / recording.sfreq, 0.0, e) for s, e in zip(onsets["onset_sample"], onsets["event"], strict=True)]
     marks += [(at, 0.0, text) for at in recording.breaks_s for text in ("BAD boundary", "EDGE boundary")]

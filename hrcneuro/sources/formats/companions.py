@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from hrcneuro.sources.formats.fif_tags import parts
+
 
 def companions(path: Path) -> dict[str, Path]:
     """Return label -> file that is read beside a recording's own: data, markers, ``.fdt``, parts of a split FIF."""
@@ -13,9 +15,8 @@ def companions(path: Path) -> dict[str, Path]:
         files = _brainvision(path)
     elif name.endswith(".set"):
         files = {"fdt": path.with_suffix(".fdt")}
-    elif name.endswith(".fif"):
-        parts = re.compile(re.escape(path.stem) + r"-\d+\.fif")
-        files = {p.name.removeprefix(path.stem): p for p in path.parent.iterdir() if parts.fullmatch(p.name)}
+    elif name.endswith((".fif", ".fif.gz")):
+        files = {f"part {i}": part for i, part in enumerate(parts(path), start=2)}
     else:
         files = {}
     return {label: file for label, file in files.items() if file.is_file()}

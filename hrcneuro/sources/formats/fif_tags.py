@@ -1,0 +1,151 @@
+"""The tags of a FIF file, as far as they say which files a recording consists of and whether each is whole.
+
+A FIF is a chain of tags (kind, type, size, next; big-endian; Elekta Neuromag's and MNE's files alike). No numeric
+library: every plan asks for the parts.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from hrcneuro.errors import DataError
+
+_TAG = struct.Struct(">iIii")
+_BLOCK_START, _BLOCK_END, _BUFFER = 104, 105, 300
+_RAW_BLOCKS = (102, 112, 119)
+_REF = 118
+_ROLE, _NUMBER, _NAME = 115, 117, 118
+_PREVIOUS, _NEXT = 1, 2
+_CURE = "copy or download the file again, every part of it"
+
+
+@dataclass
+class _File:
+    """What the tags of one file say; ``whole`` if its recording's block is closed."""
+
+    next_name: str = ""
+    previous: str = ""
+    whole: bool = False
+    buffers: int = 0
+
+
+def parts(path: Path) -> list[Path]:
+    """Return the later parts of a split recording, in order, by the names that each part gives to the next.
+
+    Raises:
+        DataError: A part is missing, or the file is itself a later part.
+    """
+    first = _look(path)
+    if first.previous:
+        raise DataError(
+            f"{path.name} is a later part of a recording in several files; the part before it is {first.previous}",
+            cure="name the first part in acquire.path; the others are found from it",
+        )
+    found: list[Path] = []
+    name = first.next_name
+    while name:
+        part = path.parent / name
+        if not part.exists() and not part.is_symlink():
+            before = (found or [path])[-1].name
+            raise DataError(
+                f"{path.name} is a recording in several files, and a part is missing: {before} goes on in {name}",
+                cure=f"put {name} beside it, under that name: the parts name each other",
+            )
+        if part == path or part in found:
+            raise DataError(f"{part.name} is named as a part of {path.name} twice", cure=_CURE)
+        found.append(part)
+        name = _look(part).next_name if part.exists() else ""
+    return found
+
+
+def check_whole(path: Path) -> None:
+    """Refuse a file that ends within its recording: what is cut off between two buffers leaves no other trace.
+
+    Raises:
+        DataError: It does; the message says how many buffers of samples there are.
+    """
+    found = _look(path)
+    if found.buffers and not found.whole:
+        raise DataError(
+            f"{path.name} is truncated: it ends within its recording, after {found.buffers} buffers of samples",
+            cure=_CURE,
+        )
+
+
+def _look(path: Path) -> _File:
+    """Walk the tags of a file; what is no FIF gives an empty answer, which its reader will have words for."""
+    found = _File()
+    blocks: list[int] = []
+    role = 0
+    with _opened(path) as file:
+        try:
+            for kind, size, position in _tags(file):
+                if kind == _BUFFER:
+                    found.buffers += 1
+                elif kind in (_BLOCK_START, _BLOCK_END):
+                    block = _integer(file, position)
+                    found.whole |= kind == _BLOCK_END and block in _RAW_BLOCKS
+                    blocks = [*blocks, block] if kind == _BLOCK_START else blocks[:-1]
+                    role = 0
+                elif blocks[-1:] == [_REF] and size:
+                    role = _refer(found, kind, role, path, file, position, size)
+        except (EOFError, OSError, struct.error):
+            pass
+    return found
+
+
+def _refer(found: _File, kind: int, role: int, path: Path, file: BinaryIO, position: int, size: int) -> int:
+    """Note what a reference to another file says; return the role of that file."""
+    if kind == _ROLE:
+        return _integer(file, position)
+    text = ""
+    if kind == _NAME:
+        file.seek(position)
+        text = file.read(size).decode("latin-1")
+    elif kind == _NUMBER and not found.next_name:
+        text = _numbered(path.name, _integer(file, position))
+    if text and role == _NEXT:
+        found.next_name = text
+    elif text and role == _PREVIOUS and not found.previous:
+        found.previous = text
+    return role
+
+
+def _numbered(name: str, number: int) -> str:
+    """Return the name of a part that is known by its number only: ``x_raw.fif`` goes on in ``x_raw-1.fif``."""
+    stem, _, endings = name.partition(".")
+    stem = re.sub(r"-\d+$", "", stem)
+    return f"{stem}-{number}.{endings}" if number else f"{stem}.{endings}"
+
+
+def _tags(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
+    """Yield (kind, size, position of its content) of each tag, to the last one that is whole."""
+    file.seek(0, 2)
+    end = file.tell()
+    position = 0
+    while position + _TAG.size <= end:
+        file.seek(position)
+        kind, _, size, following = _TAG.unpack(file.read(_TAG.size))
+        content = position + _TAG.size
+        if size < 0 or content + size > end:
+            return
+        yield kind, size, content
+        if following < 0:
+            return
+        # A pointer backwards would lead round in a circle.
+        position = following if following > position else content + size
+
+
+def _integer(file: BinaryIO, position: int) -> int:
+    file.seek(position)
+    return int(struct.unpack(">i", file.read(4))[0])
+
+
+def _opened(path: Path) -> BinaryIO:
+    return cast("BinaryIO", gzip.open(path, "rb")) if path.suffix.lower() == ".gz" else path.open("rb")
