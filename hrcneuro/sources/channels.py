@@ -195,17 +195,11 @@ def _position(recording: Recording, montage: str) -> None:
         recording.montage = _by_name(recording, _named_montage(montage))
 
 
-def _by_name(recording: Recording, montage: mne.channels.DigMontage) -> mne.channels.DigMontage | None:
-    """Return a montage's positions under the names of the EEG channels that have one in it."""
-    import mne
-
-    known = montage.get_positions()
+def _by_name(recording: Recording, montage: mne.channels.DigMontage) -> mne.channels.DigMontage:
+    """Return a montage whose names are those of the recording where they differ in case only."""
     eeg = [recording.ch_names[i] for i in recording.picks("eeg")]
-    places = {name: known["ch_pos"][place] for name, place in labels.match(eeg, known["ch_pos"]).items()}
-    if not places:
-        return None
-    marks = {name: known[name] for name in ("nasion", "lpa", "rpa")}
-    return mne.channels.make_dig_montage(places, coord_frame=known["coord_frame"], **marks)
+    places = labels.match(eeg, montage.get_positions()["ch_pos"])
+    return montage.copy().rename_channels({place: name for name, place in places.items() if name != place})
 
 
 def _own_positions(recording: Recording) -> mne.channels.DigMontage | None:

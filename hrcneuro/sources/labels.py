@@ -27,8 +27,9 @@ _KIND = {word: kind for kind, words in _WORDS.items() for word in words.split()}
 # A bipolar pair of muscles or eyes may be labelled after both words; the first type in this order wins.
 _ORDER = ("eog", "ecg", "emg", "stim", "misc")
 _OTHER_UNITS = (
-    "% percent c °c degc deg_c celsius f °f k bpm /min 1/min hz mmhg cmh2o kpa pa mbar us ms µs s siemens ohm kohm mohm "
-    "ω kω l/s l/min ml/s lpm m/s2 m/s^2 m/s² g mg deg deg/s °/s rad rad/s rpm sec kg n lux lx db boolean bool t ft t/m"
+    "% percent c °c degc deg_c celsius f °f k bpm /min 1/min hz mmhg cmh2o kpa pa mbar us ms µs s siemens ohm kohm "
+    "mohm ω kω l/s l/min ml/s lpm m/s2 m/s^2 m/s² g mg deg deg/s °/s rad rad/s rpm sec kg n lux lx db boolean bool t "
+    "ft t/m"
 )
 _NO_VOLTAGE = frozenset(_OTHER_UNITS.split())
 _REFERENCE_WORDS = (

@@ -69,7 +69,7 @@ def choose_markers(recording: Recording, source: str = "auto", *, mask: int = 0)
 
 
 def _remarks_only(annotations: pd.Series, found: list[Triggers]) -> bool:
-    """Return whether the annotations are none, or remarks beside one channel's triggers: no text of them comes twice."""
+    """Return whether annotations are none, or remarks beside one channel's triggers: no text comes twice."""
     if annotations.empty:
         return True
     return not annotations.duplicated().any() and len(found) == 1 and len(found[0].samples) > 0
@@ -89,14 +89,13 @@ def _candidates(recording: Recording, mask: int) -> list[Triggers]:
     """Return the triggers of the channels that may hold whole codes: one of a known name, else all."""
     stim = recording.picks("stim")
     names = {recording.ch_names[i].upper(): i for i in stim}
-    read = [
-        _read(recording, [names[name]], recording.ch_names[names[name]], mask=mask) for name in _KNOWN if name in names
-    ]
+    known = [names[name] for name in _KNOWN if name in names]
+    read = [_read(recording, [i], recording.ch_names[i], mask=mask) for i in known]
     if read:
         best = next((one for one in read if len(one.samples)), read[0])
-        others = [one.name for one in read if one is not best and len(one.samples)]
-        if others:
-            best.notes.append(f"other trigger channels left aside: {', '.join(others)}")
+        aside = [one.name for one in read if one is not best and len(one.samples)]
+        if aside:
+            best.notes.append(f"other trigger channels left aside: {', '.join(aside)}")
         if len(best.samples):
             return [best]
     lines = {int(hit[1]): i for i in stim if (hit := _LINE.fullmatch(recording.ch_names[i])) and int(hit[1]) <= _LINES}
@@ -126,8 +125,8 @@ def _named(recording: Recording, name: str) -> int:
     stim = [recording.ch_names[i] for i in recording.picks("stim")]
     if here not in stim:
         raise ConfigError(
-            f"acquire.markers = {name!r}{did_you_mean(name, [*stim, 'auto', 'annotations', 'channel'])}; allowed: auto, "
-            f"annotations, channel, or a trigger channel: {', '.join(stim) or 'there is none'}",
+            f"acquire.markers = {name!r}{did_you_mean(name, [*stim, 'auto', 'annotations', 'channel'])}; allowed: "
+            f"auto, annotations, channel, or a trigger channel: {', '.join(stim) or 'there is none'}",
             cure="correct acquire.markers; a channel of another type needs acquire.channel_types = {NAME = 'stim'}",
         )
     return recording.ch_names.index(here)

@@ -88,15 +88,15 @@ def pieces(header: Header, records_s: np.ndarray, *, each: int, sfreq: float, na
     """
     expected = np.arange(len(records_s)) * header.record_s
     starts = records_s - origin(records_s)
-    for i in np.flatnonzero(~np.isfinite(starts)):
+    for i in map(int, np.flatnonzero(~np.isfinite(starts))):
         starts[i] = starts[i - 1] + header.record_s if i else 0.0
     tolerance = max(0.5 / sfreq, _ROUNDING_S)
     late = np.diff(starts) - header.record_s
     if (late < -tolerance).any():
-        i = int(np.argmax(late < -tolerance)) + 1
+        at = int(np.argmax(late < -tolerance)) + 1
         raise DataError(
-            f"{name}: record {i + 1} begins at {starts[i]:g} s, before record {i} ends "
-            f"({starts[i - 1] + header.record_s:g} s): the clock went back",
+            f"{name}: record {at + 1} begins at {starts[at]:g} s, before record {at} ends "
+            f"({starts[at - 1] + header.record_s:g} s): the clock went back",
             cure="split the file there into recordings of their own",
         )
     breaks = np.append(False, late > tolerance)
