@@ -164,9 +164,10 @@ def test_contradictions_are_named(change, message):
 
 
 SET = {
-    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "channel_map": {"Fz": "Cz"},
+    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
+    "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
-    "reference": "left earlobe", "stream": "amp", "markers": "channel", "trigger_mask": 255,
+    "reference": "left earlobe", "stream": "amp",
 }  # fmt: skip
 FILE_ONLY = ("event_map", "stream", "markers", "trigger_mask")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}

@@ -101,7 +101,7 @@ def pieces(header: Header, records_s: np.ndarray, *, each: int, sfreq: float, na
         )
     breaks = np.append(False, late > tolerance)
     samples = len(starts) * each
-    if np.abs(starts - expected).max() <= tolerance:
+    if np.abs(starts - expected).max() <= _ROUNDING_S:
         return Pieces.whole(samples, sfreq), []
     found = Pieces(starts, np.arange(len(starts)) * each, breaks, samples, sfreq)
     if not breaks.any():

@@ -77,7 +77,7 @@ def read_header(path: Path) -> Header:
             rest = file.read(signals * _PER_SIGNAL)
             if len(rest) < signals * _PER_SIGNAL or signals < 1:
                 raise ValueError(f"{signals} signals announced, {len(fixed) + len(rest)} bytes of header")
-            header = _parsed(fixed, rest, signals, path.stat().st_size)
+            header = _parsed(fixed, rest, signals, path)
         except ValueError as error:
             raise DataError(
                 f"{path.name} does not begin with a header of {path.suffix[1:].upper()}: {error}", cure=_CURE
@@ -95,14 +95,15 @@ def read_header(path: Path) -> Header:
     return header
 
 
-def _parsed(fixed: bytes, rest: bytes, signals: int, file_bytes: int) -> Header:
+def _parsed(fixed: bytes, rest: bytes, signals: int, path: Path) -> Header:
     biosemi = fixed[:1] == b"\xff"
-    width = 3 if biosemi or fixed[192:195] in (b"BDF", b"24B") else 2
+    says = {b"BDF": 3, b"24B": 3, b"EDF": 2}.get(fixed[192:195])
+    width = 3 if biosemi else says or (3 if path.suffix.lower() == ".bdf" else 2)
     counts = tuple(int(_field(rest, 216 * signals, i, 8)) for i in range(signals))
     size, record = int(fixed[184:192]), sum(counts) * width
     if record <= 0 or size != _FIXED + signals * _PER_SIGNAL:
         raise ValueError(f"a header of {size} bytes for {signals} signals, records of {record} bytes")
-    found, left = divmod(max(file_bytes - size, 0), record)
+    found, left = divmod(max(path.stat().st_size - size, 0), record)
     return Header(
         biosemi=biosemi,
         kind=fixed[192:236].decode("latin-1").strip(),
