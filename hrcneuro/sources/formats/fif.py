@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hrcneuro.errors import DataError
 from hrcneuro.sources.formats.fif_tags import check_whole, parts
 from hrcneuro.sources.formats.pieces import Pieces, cut_out
 from hrcneuro.sources.formats.reading import marks_of, read_raw, sort_marks
@@ -54,6 +55,12 @@ def _with_late_parts(raw: mne.io.BaseRaw, pieces: Pieces, recording: Recording) 
     late = firsts[1:] - lasts[:-1] - 1
     if not late.any():
         return pieces
+    if (late < 0).any():
+        k = int(np.argmax(late < 0))
+        raise DataError(
+            f"{raw.filenames[k + 1].name} begins {-late[k]} samples before {raw.filenames[k].name} ends: parts overlap",
+            cure="check that the parts are of one recording, or name each in acquire.path by itself",
+        )
     joins = np.cumsum(lasts - firsts + 1)[:-1][late != 0]
     by = ", ".join(f"{n:+d}" for n in late[late != 0])
     recording.notes.append(f"parts of the recording do not follow each other ({by} samples): each join is a break")
@@ -62,5 +69,5 @@ def _with_late_parts(raw: mne.io.BaseRaw, pieces: Pieces, recording: Recording) 
 
 def _joined(pieces: Pieces, joins: np.ndarray, late: np.ndarray) -> Pieces:
     firsts = np.append(0, joins)
-    starts = firsts + np.append(0, np.cumsum(np.maximum(late, 0)))
+    starts = firsts + np.append(0, np.cumsum(late))
     return Pieces(starts / pieces.sfreq, firsts, firsts > 0, pieces.samples, pieces.sfreq)

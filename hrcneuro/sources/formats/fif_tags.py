@@ -44,7 +44,7 @@ def parts(path: Path) -> list[Path]:
     first = _look(path)
     if first.previous:
         raise DataError(
-            f"{path.name} is a later part of a recording in several files; the part before it is {first.previous}",
+            f"{path.name} is a later part of a recording in several files: it goes on after {first.previous}",
             cure="name the first part in acquire.path; the others are found from it",
         )
     found: list[Path] = []
@@ -113,7 +113,8 @@ def _refer(found: _File, kind: int, role: int, path: Path, file: BinaryIO, posit
     if text and role == _NEXT:
         found.next_name = text
     elif text and role == _PREVIOUS and not found.previous:
-        found.previous = text
+        # MNE writes this name with its folder.
+        found.previous = re.split(r"[/\\]", text)[-1]
     return role
 
 
