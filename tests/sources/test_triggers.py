@@ -5,7 +5,7 @@ from __future__ import annotations
 import mne
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.errors import ConfigError
@@ -61,6 +61,7 @@ def test_steps_are_noted():
     ]
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.integers(3, 40), st.integers(1, 255), st.integers(3, 40)), max_size=20),
 )

@@ -17,6 +17,7 @@ from hrcneuro.sources.formats import biosemi, edf_annotations
 from hrcneuro.sources.formats.edf_header import Header, check_size, read_header
 from hrcneuro.sources.formats.pieces import Pieces
 from hrcneuro.sources.formats.reading import read_raw, sort_marks
+from hrcneuro.sources.labels import kind_of
 from hrcneuro.sources.recording import Recording
 
 if TYPE_CHECKING:
@@ -54,9 +55,11 @@ def _finish(raw: mne.io.BaseRaw, recording: Recording, header: Header, path: Pat
     marks = [(onset - start, duration, text) for onset, duration, text in found.marks]
     status = _status(header, records)
     if status is not None:
-        pieces = _with_pauses(pieces, [at * each // len(status[0]) for at in biosemi.breaks(status.ravel())], recording)
+        scale = each * len(records) / len(status)
+        pieces = _with_pauses(pieces, [int(at * scale) for at in biosemi.breaks(status)], recording)
     _mixed_rates(raw, recording, header, pieces)
     sort_marks(recording, marks, pieces)
+    _trigger_channels(recording, header, records, status)
     if status is not None:
         _tell_status(recording, status)
 
@@ -74,14 +77,42 @@ def _mixed_rates(raw: mne.io.BaseRaw, recording: Recording, header: Header, piec
         recording.data = np.hstack([raw.get_data(recording.ch_names, a, b) for a, b in pairwise(edges)])
 
 
+def _trigger_channels(recording: Recording, header: Header, records: np.ndarray, status: np.ndarray | None) -> None:
+    """Give trigger channels the codes that stand in the file, each held until the next.
+
+    MNE cuts decimals off them, and resamples them as it does signals unless they are called Status or Trigger.
+    """
+    samples = recording.data.shape[1]
+    for row, signal in enumerate(header.signals):
+        label = header.labels[signal]
+        if kind_of(label) != "stim":
+            continue
+        if status is not None and label.lower() == "status":
+            codes = (status & biosemi.TRIGGERS).astype(float)
+        else:
+            codes = _values(header, records, signal)
+        recording.data[row] = codes[np.arange(samples) * len(codes) // samples]
+        recording.ch_types[row], recording.units[row] = "stim", ""
+
+
+def _values(header: Header, records: np.ndarray, signal: int) -> np.ndarray:
+    """Return a signal's values, shape (n,): in its unit in EDF, as they stand in BDF, where they are words of bits."""
+    content = np.ascontiguousarray(records[:, header.columns(signal)])
+    if header.width == 3:
+        words = biosemi.words(content.reshape(-1, 3))
+        return np.where(words < 1 << 23, words, words - (1 << 24)).astype(float)
+    steps = content.view("<i2").ravel().astype(float)
+    low, high, least, most = header.ranges[signal]
+    return np.rint((steps - least) * (high - low) / (most - least) + low) if most > least else steps
+
+
 def _status(header: Header, records: np.ndarray) -> np.ndarray | None:
-    """Return the words of BioSemi's Status, shape (n_records, samples a record), or None where there are none."""
+    """Return the words of BioSemi's Status, shape (n,), or None where there are none."""
     at = [i for i, label in enumerate(header.labels) if label.lower() == "status"]
     if not header.biosemi or not at:
         return None
-    samples = np.ascontiguousarray(records[:, header.columns(at[0])]).reshape(-1, 3)
-    status = biosemi.words(samples)
-    return status.reshape(len(records), -1) if biosemi.is_biosemi(status) else None
+    status = biosemi.words(np.ascontiguousarray(records[:, header.columns(at[0])]).reshape(-1, 3))
+    return status if biosemi.is_biosemi(status) else None
 
 
 def _with_pauses(pieces: Pieces, pauses: list[int], recording: Recording) -> Pieces:
@@ -98,15 +129,12 @@ def _with_pauses(pieces: Pieces, pauses: list[int], recording: Recording) -> Pie
 
 
 def _tell_status(recording: Recording, status: np.ndarray) -> None:
-    """Leave only the trigger lines of Status as codes; what the amplifier says of itself becomes spans and notes."""
-    words = status.ravel()
-    rows = [i for i in recording.picks("stim") if recording.ch_names[i].lower() == "status"]
-    scale = recording.data.shape[1] / words.size
-    for row in rows:
-        recording.data[row] = np.repeat(words & biosemi.TRIGGERS, round(scale))[: recording.data.shape[1]]
-    for start, stop in biosemi.out_of_range(words):
-        at, long = start * scale / recording.sfreq, (stop - start) * scale / recording.sfreq
-        recording.spans.append((at, long, "BAD_CMS"))
-    if recording.spans and recording.spans[-1][2] == "BAD_CMS":
-        recording.notes.append("Status says where CMS was out of range: those stretches are marked BAD_CMS")
-    recording.notes += biosemi.remarks(words)
+    """Mark where the reference was open, and note what else the amplifier says of itself."""
+    rate = len(status) / recording.duration_s
+    open_s = [(start / rate, (stop - start) / rate, "BAD_CMS") for start, stop in biosemi.out_of_range(status)]
+    recording.spans += open_s
+    if open_s:
+        recording.notes.append(
+            f"Status says that CMS was out of range in {len(open_s)} stretches: they are marked BAD_CMS"
+        )
+    recording.notes += biosemi.remarks(status)

@@ -28,6 +28,7 @@ class Header:
         announced: Records that the header announces, −1 where it does not know.
         record_s: Duration of a record, in s.
         labels, counts: Each signal's label and samples a record, annotations among them.
+        ranges: Each signal's physical minimum and maximum, digital minimum and maximum.
         width: Bytes a sample.
         found, rest: Whole records that the file holds, and the bytes after them.
     """
@@ -39,6 +40,7 @@ class Header:
     record_s: float
     labels: tuple[str, ...]
     counts: tuple[int, ...]
+    ranges: tuple[tuple[float, float, float, float], ...]
     width: int
     found: int
     rest: int
@@ -100,6 +102,7 @@ def _parsed(fixed: bytes, rest: bytes, signals: int, path: Path) -> Header:
     says = {b"BDF": 3, b"24B": 3, b"EDF": 2}.get(fixed[192:195])
     width = 3 if biosemi else says or (3 if path.suffix.lower() == ".bdf" else 2)
     counts = tuple(int(_field(rest, 216 * signals, i, 8)) for i in range(signals))
+    limits = [[_number(_field(rest, start * signals, i, 8)) for start in (104, 112, 120, 128)] for i in range(signals)]
     size, record = int(fixed[184:192]), sum(counts) * width
     if record <= 0 or size != _FIXED + signals * _PER_SIGNAL:
         raise ValueError(f"a header of {size} bytes for {signals} signals, records of {record} bytes")
@@ -112,10 +115,16 @@ def _parsed(fixed: bytes, rest: bytes, signals: int, path: Path) -> Header:
         record_s=float(fixed[244:252]),
         labels=tuple(_field(rest, 0, i, 16) for i in range(signals)),
         counts=counts,
+        ranges=tuple((low, high, least, most) for low, high, least, most in limits),
         width=width,
         found=found,
         rest=left,
     )
+
+
+def _number(text: str) -> float:
+    # Some recorders write a decimal comma.
+    return float(text.replace(",", "."))
 
 
 def _field(rest: bytes, start: int, i: int, width: int) -> str:

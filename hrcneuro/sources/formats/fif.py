@@ -55,6 +55,11 @@ def _with_late_parts(raw: mne.io.BaseRaw, pieces: Pieces, recording: Recording) 
     late = firsts[1:] - lasts[:-1] - 1
     if not late.any():
         return pieces
+    if len(pieces.firsts) > 1:
+        raise DataError(
+            f"{raw.filenames[0].name}: its parts do not follow each other, and there are gaps within them",
+            cure="save it anew in one file with MNE, or name each part in acquire.path by itself",
+        )
     if (late < 0).any():
         k = int(np.argmax(late < 0))
         raise DataError(
@@ -64,7 +69,7 @@ def _with_late_parts(raw: mne.io.BaseRaw, pieces: Pieces, recording: Recording) 
     joins = np.cumsum(lasts - firsts + 1)[:-1][late != 0]
     by = ", ".join(f"{n:+d}" for n in late[late != 0])
     recording.notes.append(f"parts of the recording do not follow each other ({by} samples): each join is a break")
-    return pieces if len(pieces.firsts) > 1 else _joined(pieces, joins, late[late != 0])
+    return _joined(pieces, joins, late[late != 0])
 
 
 def _joined(pieces: Pieces, joins: np.ndarray, late: np.ndarray) -> Pieces:
