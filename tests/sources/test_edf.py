@@ -31,19 +31,20 @@ def marked(recording) -> list[tuple[str, float]]:
     return [(row.event, round(row.onset_s, 6)) for row in recording.markers.itertuples()]
 
 
-def test_events_after_a_break_lie_on_the_sample_that_was_recorded_then(uv, tmp_path):
+@pytest.mark.parametrize("name", ["d.edf", "d.bdf"])
+def test_events_after_a_break_lie_on_the_sample_that_was_recorded_then(uv, tmp_path, name):
     lists = {
         0: tal("+0.5", "a") + tal("+7", "lost") + tal("+3", "edge of the gap"),
         3: tal("+10.25", "b") + tal("+12.99", "c"),
         5: tal("+13", "too late"),
     }
-    path = save_edf(tmp_path / "d.edf", [("Cz", "uV", uv)], times=times(0, 1, 2, 10, 11, 12), lists=lists, kind="EDF+D")
+    path = save_edf(tmp_path / name, [("Cz", "uV", uv)], times=times(0, 1, 2, 10, 11, 12), lists=lists, kind="EDF+D")
     recording = read_recording(path)
     assert marked(recording) == [("a", 0.5), ("b", 3.25), ("c", 5.99)]
     # The sample under b is the one that was recorded at 10.25 s.
     np.testing.assert_allclose(recording.data[0, 325] * 1e6, uv[3, 25], atol=1e-9)
     assert recording.breaks_s == [3.0]
-    assert "d.edf is in 2 pieces, 7 s between them were not recorded: each is a break" in recording.notes
+    assert f"{name} is in 2 pieces, 7 s between them were not recorded: each is a break" in recording.notes
     (note,) = [one for one in recording.notes if "nothing was recorded" in one]
     assert note.startswith("3 markers lie where nothing was recorded and are left out")
     assert all(name in note for name in ("lost × 1", "edge of the gap × 1", "too late × 1"))
@@ -206,6 +207,16 @@ def test_a_low_battery_and_a_reference_that_never_closed_are_said(uv, tmp_path):
     assert any("battery was low in 50%" in note for note in recording.notes)
     assert any("CMS was never in range" in note for note in recording.notes)
     assert recording.spans == []
+
+
+def test_a_trigger_channel_of_another_rate_keeps_its_codes(tmp_path):
+    """Resampled as a signal, a code would ring."""
+    codes = np.zeros((RECORDS, 50))
+    codes[2, 10:20] = 27
+    signals = [("Cz", "uV", np.zeros((RECORDS, FS))), ("Event marker", "uV", codes)]
+    recording = read_recording(save_edf(tmp_path / "t.edf", signals))
+    assert recording.ch_types == ["eeg", "stim"]
+    np.testing.assert_array_equal(recording.data[1], np.repeat(codes.ravel(), 2))
 
 
 def test_a_status_channel_of_another_maker_is_not_read_as_biosemis(uv, tmp_path):

@@ -91,16 +91,15 @@ def read_header(path: Path) -> Header:
         )
     if header.record_s <= 0:
         raise DataError(f"{path.name} announces records of {header.record_s:g} s", cure=_CURE)
-    if (header.width == 3) != (path.suffix.lower() == ".bdf"):
-        true = "bdf" if header.width == 3 else "edf"
-        raise DataError(f"{path.name} is {true.upper()} by its header", cure=f"give it the ending .{true}")
+    if header.width == 3 and path.suffix.lower() == ".edf":
+        raise DataError(f"{path.name} is BDF by its header", cure="give it the ending .bdf")
     return header
 
 
 def _parsed(fixed: bytes, rest: bytes, signals: int, path: Path) -> Header:
     biosemi = fixed[:1] == b"\xff"
-    says = {b"BDF": 3, b"24B": 3, b"EDF": 2}.get(fixed[192:195])
-    width = 3 if biosemi else says or (3 if path.suffix.lower() == ".bdf" else 2)
+    says = biosemi or fixed[192:195] in (b"BDF", b"24B")
+    width = 3 if says or path.suffix.lower() == ".bdf" else 2
     counts = tuple(int(_field(rest, 216 * signals, i, 8)) for i in range(signals))
     limits = [[_number(_field(rest, start * signals, i, 8)) for start in (104, 112, 120, 128)] for i in range(signals)]
     size, record = int(fixed[184:192]), sum(counts) * width
