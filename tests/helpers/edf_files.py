@@ -32,7 +32,7 @@ def save_edf(
 
     Args:
         path: Where to.
-        signals: (label, unit, values); values ndarray, shape (n_records, samples a record), 0.1 units a step, or for a
+        signals: (label, unit, values); values ndarray, shape (n_records, samples a record), 0.1 units a step (24 bits: 1/32), or for a
             label ``Status`` whole words.
         record_s: Duration of a record.
         times: What the first list of each record says of its time; without it the file has no annotations.
@@ -52,7 +52,8 @@ def save_edf(
     with path.open("ab") as file:
         for i in range(records):
             for label, _, values in signals:
-                steps = values[i] if label == "Status" else np.round(values[i] * 10)
+                low, high = _range(label, top)
+                steps = np.round((values[i] - low) / (high - low) * (2 * top - 1) - top)
                 file.write(_packed(steps.astype(np.int64), width))
             if times is not None:
                 file.write((tal(times[i], "") + (lists or {}).get(i, b"")).ljust(_LIST_BYTES, b"\x00"))
@@ -62,7 +63,10 @@ def save_edf(
 
 
 def _range(label: str, top: int) -> tuple[float, float]:
-    return (-top, top - 1) if label == "Status" else (-top / 10, (top - 1) / 10)
+    if label == "Status":
+        return (-top, top - 1)
+    # BioSemi's range has a 32nd of a microvolt a step; the header's fields hold eight characters.
+    return (-top / 10, (top - 1) / 10) if top < 1 << 16 else (-262144.0, 262143.0)
 
 
 def _header(rows: list[tuple], top: int, kind: str, biosemi: bool, announced: int, record_s: float) -> bytes:
