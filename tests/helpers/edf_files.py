@@ -32,8 +32,8 @@ def save_edf(
 
     Args:
         path: Where to.
-        signals: (label, unit, values); values ndarray, shape (n_records, samples a record), 0.1 units a step (24 bits: 1/32), or for a
-            label ``Status`` whole words.
+        signals: (label, unit, values); values ndarray, shape (n_records, samples a record). A step is 0.1 units, in
+            24 bits 1/32; a label ``Status`` has whole words.
         record_s: Duration of a record.
         times: What the first list of each record says of its time; without it the file has no annotations.
         lists: Record -> further lists in it.
