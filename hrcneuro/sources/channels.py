@@ -114,6 +114,7 @@ def _shorten_and_rename(recording: Recording, rename: Mapping[str, str]) -> None
     given = {name.lower() for name in rename.values()}
     sites = {label: site for label, site in sites.items() if label not in rename and site.lower() not in given}
     _rename(recording, sites | dict(rename))
+    recording.shortened = frozenset(sites.values())
     if sites:
         listed = [f"{label!r} -> {site}" for label, site in sites.items()]
         recording.notes.append(f"labels shortened to the electrode's site: {_few(listed)}")
@@ -171,6 +172,10 @@ def _tell_names(recording: Recording) -> None:
     eeg = [recording.ch_names[i] for i in recording.picks("eeg")]
     if pairs := labels.bipolar(eeg, standard_montage().ch_names):
         recording.notes.append(f"channels between two electrodes, without a position of their own: {_few(pairs)}")
+    if spare := [name for name in eeg if labels.is_spare(name)]:
+        recording.notes.append(
+            f"inputs for anything, taken for EEG until acquire.channel_types says what they are: {_few(spare)}"
+        )
     for group in labels.twins(eeg):
         recording.notes.append(
             f"channels of one name but for case, blanks or number: {', '.join(map(repr, group))}; "

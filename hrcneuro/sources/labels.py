@@ -36,6 +36,7 @@ _REFERENCE_WORDS = (
     "REF REFERENCE LE RE AR AVG AVE AV AVERAGE CAR CAV A1 A2 M1 M2 A1A2 A1+A2 A1/A2 M1M2 M1+M2 M1/M2 LM RM EAR EARS"
 )
 _REFERENCES = frozenset(_REFERENCE_WORDS.split())
+_SPARE = re.compile(r"(EXG|BIP) ?\d+", re.IGNORECASE)
 _PREFIX = re.compile(r"^EEG[\s_:-]+", re.IGNORECASE)
 
 
@@ -46,6 +47,11 @@ def kind_of(label: str) -> str:
     kinds = {_KIND.get(word) or _KIND.get(word.rstrip("0123456789")) for word in words}
     kinds |= {"eog"} if "EOG" in label.upper() else set()
     return next((kind for kind in _ORDER if kind in kinds), "")
+
+
+def is_spare(label: str) -> bool:
+    """Return whether a label is that of an input for any electrode: BioSemi's EXG1 …, ANT's BIP1 …"""
+    return bool(_SPARE.fullmatch(label.strip()))
 
 
 def is_no_voltage(unit: str) -> bool:

@@ -34,6 +34,7 @@ class Recording:
         units: Unit that each channel's numbers were taken for.
         bads: Channels marked bad beforehand.
         file_names: Name here -> name in the file, where they differ.
+        shortened: Those names here that are the site in a longer label, and no name of the study's own.
         notes: What a person may want to know of the reading, a sentence each.
     """
 
@@ -48,6 +49,7 @@ class Recording:
     units: list[str] = field(default_factory=list)
     bads: list[str] = field(default_factory=list)
     file_names: dict[str, str] = field(default_factory=dict)
+    shortened: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -112,7 +114,7 @@ def _check_numbers(i: int, recording: Recording) -> None:
     # Nothing makes an EOG channel from the others.
     mark = f"have it interpolated (acquire.bads = ['{name}']) or " if recording.ch_types[i] == "eeg" else ""
     drop = f"acquire.drop = ['{recording.file_names.get(name, name)}']"
-    if name in recording.file_names:
+    if name in recording.file_names and name not in recording.shortened:
         drop += ", without its name in acquire.channel_map"
     raise DataError(f"channel {name} has {count}, {first}", cure=f"{mark}leave it out ({drop})")
 

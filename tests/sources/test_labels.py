@@ -134,3 +134,9 @@ def test_positions_by_name_and_twins(names, placed, note):
 def test_channels_between_two_electrodes_are_said():
     one = shaped(recording(["Fp1-F7", "EEG Fpz-Cz", "Oz"]))
     assert "channels between two electrodes, without a position of their own: Fp1-F7, EEG Fpz-Cz" in one.notes
+
+
+def test_inputs_for_anything_are_said():
+    one = shaped(recording(["Cz", "EXG1", "EXG2"]), types={"EXG2": "eog"})
+    assert one.ch_types == ["eeg", "eeg", "eog"]
+    assert [note.endswith("what they are: EXG1") for note in one.notes] == [True]

@@ -6,11 +6,13 @@ library: every plan asks for the parts.
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO, cast
 
@@ -22,6 +24,8 @@ _RAW_BLOCKS = (102, 112, 119)
 _REF = 118
 _ROLE, _NUMBER, _NAME = 115, 117, 118
 _PREVIOUS, _NEXT = 1, 2
+# Bytes of a content that may be a name or a number.
+_SHORT = 4096
 _CURE = "copy or download the file again, every part of it"
 
 
@@ -79,43 +83,44 @@ def check_whole(path: Path) -> None:
 
 
 def _look(path: Path) -> _File:
-    """Walk the tags of a file; what is no FIF gives an empty answer, which its reader will have words for."""
+    about = path.stat()
+    return _walk(path, about.st_size, about.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _walk(path: Path, size: int, mtime_ns: int) -> _File:
+    """Walk the tags of a file; what is no FIF gives an empty answer, which its reader will have words for.
+
+    A plan and a reading ask several times; size and time of the file are there to be asked anew when it changes.
+    """
     found = _File()
     blocks: list[int] = []
     role = 0
-    with _opened(path) as file:
-        try:
-            for kind, size, position in _tags(file):
-                if kind == _BUFFER:
-                    found.buffers += 1
-                elif kind in (_BLOCK_START, _BLOCK_END):
-                    block = _integer(file, position)
-                    found.whole |= kind == _BLOCK_END and block in _RAW_BLOCKS
-                    blocks = [*blocks, block] if kind == _BLOCK_START else blocks[:-1]
-                    role = 0
-                elif blocks[-1:] == [_REF] and size:
-                    role = _refer(found, kind, role, path, file, position, size)
-        except (EOFError, OSError, struct.error):
-            pass
+    with _opened(path) as file, contextlib.suppress(EOFError, OSError, struct.error):
+        for kind, content in _tags(file):
+            if kind == _BUFFER:
+                found.buffers += 1
+            elif kind in (_BLOCK_START, _BLOCK_END):
+                block = _integer(content)
+                found.whole |= kind == _BLOCK_END and block in _RAW_BLOCKS
+                blocks = [*blocks, block] if kind == _BLOCK_START else blocks[:-1]
+                role = 0
+            elif blocks[-1:] == [_REF]:
+                role = _integer(content) if kind == _ROLE else role
+                _refer(found, path.name, kind, content, role)
     return found
 
 
-def _refer(found: _File, kind: int, role: int, path: Path, file: BinaryIO, position: int, size: int) -> int:
-    """Note what a reference to another file says; return the role of that file."""
-    if kind == _ROLE:
-        return _integer(file, position)
-    text = ""
-    if kind == _NAME:
-        file.seek(position)
-        text = file.read(size).decode("latin-1")
-    elif kind == _NUMBER and not found.next_name:
-        text = _numbered(path.name, _integer(file, position))
-    if text and role == _NEXT:
+def _refer(found: _File, name: str, kind: int, content: bytes, role: int) -> None:
+    """Note what a reference says of another file; a name says more than a number."""
+    if kind not in (_NAME, _NUMBER):
+        return
+    text = content.decode("latin-1") if kind == _NAME else _numbered(name, _integer(content))
+    if role == _NEXT and (kind == _NAME or not found.next_name):
         found.next_name = text
-    elif text and role == _PREVIOUS and not found.previous:
+    elif role == _PREVIOUS and (kind == _NAME or not found.previous):
         # MNE writes this name with its folder.
         found.previous = re.split(r"[/\\]", text)[-1]
-    return role
 
 
 def _numbered(name: str, number: int) -> str:
@@ -125,27 +130,31 @@ def _numbered(name: str, number: int) -> str:
     return f"{stem}-{number}.{endings}" if number else f"{stem}.{endings}"
 
 
-def _tags(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
-    """Yield (kind, size, position of its content) of each tag, to the last one that is whole."""
-    file.seek(0, 2)
-    end = file.tell()
+def _tags(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield kind and content of each tag to the last one that is whole; a long content is left empty.
+
+    It never goes back: in a compressed file that would mean to unpack it from the start.
+    """
     position = 0
-    while position + _TAG.size <= end:
-        file.seek(position)
-        kind, _, size, following = _TAG.unpack(file.read(_TAG.size))
-        content = position + _TAG.size
-        if size < 0 or content + size > end:
+    while len(head := file.read(_TAG.size)) == _TAG.size:
+        kind, _, size, following = _TAG.unpack(head)
+        end = position + _TAG.size + size
+        content = b""
+        if 0 <= size <= _SHORT:
+            content = file.read(size)
+        elif size > 0:
+            file.seek(end - 1)
+        if size < 0 or (len(content) < size if size <= _SHORT else not file.read(1)):
             return
-        yield kind, size, content
+        yield kind, content
         if following < 0:
             return
-        # A pointer backwards would lead round in a circle.
-        position = following if following > position else content + size
+        position = max(following, end)
+        file.seek(position)
 
 
-def _integer(file: BinaryIO, position: int) -> int:
-    file.seek(position)
-    return int(struct.unpack(">i", file.read(4))[0])
+def _integer(content: bytes) -> int:
+    return int(struct.unpack(">i", content[:4])[0])
 
 
 def _opened(path: Path) -> BinaryIO:
