@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.sources import labels
 from hrcneuro.sources.recording import Recording
 
 if TYPE_CHECKING:
@@ -28,10 +29,13 @@ def shape(
 ) -> None:
     """Apply a study's channel options to a recording, in place.
 
+    A label with more about it than the site's name gets shorter (``EEG Fp1-Ref`` -> ``Fp1``); options may name a
+    channel by either.
+
     Args:
         recording: As its file has it.
         rename: Name in the file -> name here.
-        types: Name here -> type. Without it a channel whose name contains ``EOG`` is taken for one.
+        types: Name here -> type. Without it an EEG channel whose label or unit is that of another signal gets its type.
         drop: Names in the file of channels to leave out.
         bads: Names here of channels that are bad, beside those that the file marks.
         montage: ``auto`` (the file's positions, else the 10-05 system's by name), ``none``, or a montage of MNE.
@@ -40,12 +44,17 @@ def shape(
     Raises:
         ConfigError: A map names a channel or montage that there is not, or two channels get one name.
     """
-    _drop(recording, drop)
+    sites = labels.sites(recording.ch_names, recording.ch_types, standard_montage().ch_names)
+    in_file = {site: label for label, site in sites.items() if site not in recording.ch_names}
+    _drop(recording, tuple(in_file.get(name, name) for name in drop))
     _merge_copies(recording)
-    _rename(recording, rename)
-    _retype(recording, types)
+    _shorten_and_rename(recording, {in_file.get(name, name): new for name, new in rename.items()})
+    here = {old: new for new, old in recording.file_names.items()}
+    _retype(recording, {here.get(name, name): kind for name, kind in types.items()})
+    bads = tuple(here.get(name, name) for name in bads)
     require(bads, recording.ch_names, "acquire.bads")
     recording.bads = list(dict.fromkeys([*recording.bads, *bads]))
+    _tell_names(recording)
     if unit:
         _rescale(recording, unit)
     _position(recording, montage)
@@ -99,6 +108,18 @@ def _merge_copies(recording: Recording) -> None:
         recording.notes.append(f"channels that repeat another's label and samples left out: {', '.join(names)}")
 
 
+def _shorten_and_rename(recording: Recording, rename: Mapping[str, str]) -> None:
+    """Give channels the names of the map, and the others that of their site, unless another channel has it."""
+    sites = labels.sites(recording.ch_names, recording.ch_types, standard_montage().ch_names)
+    given = {name.lower() for name in rename.values()}
+    sites = {label: site for label, site in sites.items() if label not in rename and site.lower() not in given}
+    _rename(recording, sites | dict(rename))
+    recording.shortened = frozenset(sites.values())
+    if sites:
+        listed = [f"{label!r} -> {site}" for label, site in sites.items()]
+        recording.notes.append(f"labels shortened to the electrode's site: {_few(listed)}")
+
+
 def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
     require(mapping, recording.ch_names, "acquire.channel_map")
     names = [mapping.get(name, name) for name in recording.ch_names]
@@ -117,19 +138,55 @@ def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
 
 
 def _retype(recording: Recording, types: Mapping[str, str]) -> None:
+    """Give channels their types: those of the map, else what an EEG channel's label or unit says it is."""
     require(types, recording.ch_names, "acquire.channel_types")
+    said: dict[tuple[str, str], list[str]] = {}
     for i, name in enumerate(recording.ch_names):
-        if name in types:
-            recording.ch_types[i] = types[name]
-        elif recording.ch_types[i] == "eeg" and "EOG" in name.upper():
-            recording.ch_types[i] = "eog"
-            recording.notes.append(f"channel {name} taken for EOG by its name")
+        kind, why = types.get(name, ""), ""
+        if not kind and recording.ch_types[i] == "eeg":
+            kind, why = _by_label_or_unit(recording, i)
+        if not kind:
+            continue
+        if kind == "stim" != recording.ch_types[i] and recording.units:
+            # A trigger channel holds the file's numbers: codes are no volts.
+            recording.data[i] /= VOLTS.get(recording.units[i], 1.0)
+        recording.ch_types[i] = kind
+        if why:
+            said.setdefault((kind, why), []).append(name)
+    recording.notes += [
+        f"taken for {kind.upper()}, not EEG, by the {why}: {_few(names)}" for (kind, why), names in said.items()
+    ]
+
+
+def _by_label_or_unit(recording: Recording, i: int) -> tuple[str, str]:
+    name, unit = recording.ch_names[i], recording.units[i] if recording.units else ""
+    label = recording.file_names.get(name, name)
+    for text in (name, label):
+        if kind := labels.kind_of(text):
+            return kind, "label"
+    return ("misc", f"unit {unit}") if labels.is_no_voltage(unit) else ("", "")
+
+
+def _tell_names(recording: Recording) -> None:
+    """Note EEG channels that cannot be placed by their names: pairs of electrodes, and several of one name."""
+    eeg = [recording.ch_names[i] for i in recording.picks("eeg")]
+    if pairs := labels.bipolar(eeg, standard_montage().ch_names):
+        recording.notes.append(f"channels between two electrodes, without a position of their own: {_few(pairs)}")
+    if spare := [name for name in eeg if labels.is_spare(name)]:
+        recording.notes.append(
+            f"inputs for anything, taken for EEG until acquire.channel_types says what they are: {_few(spare)}"
+        )
+    for group in labels.twins(eeg):
+        recording.notes.append(
+            f"channels of one name but for case, blanks or number: {', '.join(map(repr, group))}; "
+            "acquire.drop or acquire.channel_map tells them apart"
+        )
 
 
 def _rescale(recording: Recording, unit: str) -> None:
     believed = recording.units or ["V"] * len(recording.ch_names)
     for i, kind in enumerate(recording.ch_types):
-        if kind != "stim":
+        if kind != "stim" and not labels.is_no_voltage(believed[i]):
             recording.data[i] *= VOLTS[unit] / VOLTS.get(believed[i], 1.0)
 
 
@@ -138,9 +195,16 @@ def _position(recording: Recording, montage: str) -> None:
         recording.montage = None
     elif montage == "auto":
         own = _own_positions(recording)
-        recording.montage = own if own is not None else standard_montage()
+        recording.montage = own if own is not None else _by_name(recording, standard_montage())
     else:
-        recording.montage = _named_montage(montage)
+        recording.montage = _by_name(recording, _named_montage(montage))
+
+
+def _by_name(recording: Recording, montage: mne.channels.DigMontage) -> mne.channels.DigMontage:
+    """Return a montage whose names are those of the recording where they differ in case only."""
+    eeg = [recording.ch_names[i] for i in recording.picks("eeg")]
+    places = labels.match(eeg, montage.get_positions()["ch_pos"])
+    return montage.copy().rename_channels({place: name for name, place in places.items() if name != place})
 
 
 def _own_positions(recording: Recording) -> mne.channels.DigMontage | None:
@@ -180,3 +244,7 @@ def _named_montage(name: str) -> mne.channels.DigMontage:
             cure="correct acquire.montage",
         )
     return mne.channels.make_standard_montage(name)
+
+
+def _few(names: list[str], most: int = 8) -> str:
+    return ", ".join(names[:most]) + (f" … ({len(names)})" if len(names) > most else "")

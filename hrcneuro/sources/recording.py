@@ -36,6 +36,7 @@ class Recording:
         units: Unit that each channel's numbers were taken for.
         bads: Channels marked bad beforehand.
         file_names: Name here -> name in the file, where they differ.
+        shortened: Those names here that are the site in a longer label, and no name of the study's own.
         notes: What a person may want to know of the reading, a sentence each.
         origins: Where it comes from, as far as that is known.
     """
@@ -51,6 +52,7 @@ class Recording:
     units: list[str] = field(default_factory=list)
     bads: list[str] = field(default_factory=list)
     file_names: dict[str, str] = field(default_factory=dict)
+    shortened: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
     origins: Origins = UNKNOWN
 
@@ -116,7 +118,7 @@ def _check_numbers(i: int, recording: Recording) -> None:
     # Nothing makes an EOG channel from the others.
     mark = f"have it interpolated (acquire.bads = ['{name}']) or " if recording.ch_types[i] == "eeg" else ""
     drop = f"acquire.drop = ['{recording.file_names.get(name, name)}']"
-    if name in recording.file_names:
+    if name in recording.file_names and name not in recording.shortened:
         drop += ", without its name in acquire.channel_map"
     raise DataError(f"channel {name} has {count}, {first}", cure=f"{mark}leave it out ({drop})")
 
@@ -156,7 +158,7 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     raw = mne.io.RawArray(recording.data, info, verbose="error")
     if recording.montage is not None:
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
-            raw.set_montage(recording.montage, match_case=False, on_missing="ignore", verbose="error")
+            raw.set_montage(recording.montage, on_missing="ignore", verbose="error")
     # FIF keeps onsets in single precision: whole samples survive that, fractions would not.
     marks = [(s / recording.sfreq, 0.0, e) for s, e in zip(onsets["onset_sample"], onsets["event"], strict=True)]
     marks += [(at, 0.0, text) for at in recording.breaks_s for text in ("BAD boundary", "EDGE boundary")]

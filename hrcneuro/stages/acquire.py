@@ -32,6 +32,8 @@ _SOURCES = {
     "stream": ("file",),
     "stream_rate": ("file",),
     "rate_tolerance": ("file",),
+    "markers": ("file",),
+    "trigger_mask": ("file",),
 }
 
 
@@ -59,8 +61,14 @@ class Config:
     )
     onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
     event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
+    markers: str = option(
+        "auto", "file: where markers come from: auto, annotations, channel (a trigger channel), or a channel's name"
+    )
+    trigger_mask: int = option(
+        0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
+    )
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
-    channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; *EOG* are found by name")
+    channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; else by label and unit")
     drop: tuple[str, ...] = option((), "channels of the file to leave out")
     bads: tuple[str, ...] = option(
         (), "channels known to be bad: preprocess makes EEG from the others, and regresses on no such EOG"
@@ -240,7 +248,7 @@ def _moves(config: Config, unit: str) -> pd.DataFrame:
 
 
 def _shape(config: Config, signals: Recording) -> None:
-    from hrcneuro.sources import channels
+    from hrcneuro.sources import channels, triggers
 
     channels.shape(
         signals,
@@ -251,6 +259,8 @@ def _shape(config: Config, signals: Recording) -> None:
         montage=config.montage,
         unit=config.unit,
     )
+    if config.source == "file":
+        triggers.choose_markers(signals, config.markers, mask=config.trigger_mask)
 
 
 def _look(config: Config, unit: str, view: dict[str, Any]) -> None:

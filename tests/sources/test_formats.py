@@ -130,6 +130,30 @@ def test_markers_of_a_trigger_channel(original, tmp_path):
     np.testing.assert_array_equal(back.get_data("stim"), codes)
 
 
+def with_triggers(original, tmp_path, name="STI 014", kind="stim"):
+    """Return a file with codes 7 and 9 beside its annotations."""
+    codes = np.zeros((1, original.n_times))
+    codes[0, 100:110] = 7
+    codes[0, 400:410] = 9
+    stim = mne.io.RawArray(codes, mne.create_info([name], SFREQ, kind, verbose="error"), verbose="error")
+    return export(original.copy().add_channels([stim], force_update_info=True), tmp_path / "stim_raw.fif")
+
+
+def test_which_markers_are_taken_can_be_chosen_and_is_seen_at_once(original, tmp_path):
+    path = with_triggers(original, tmp_path)
+    assert run(path, tmp_path / "out")[0]["events"] == {"flash": 2, "press": 1}
+    assert run(path, tmp_path / "out", markers="channel", event_map={"9": "nine"})[0]["events"] == {"nine": 1}
+    view = acquire.inspect(acquire.Config(source="file", path=str(path)), "p1")
+    left = "trigger channel STI 014 left aside: 7 × 1, 9 × 1; acquire.markers = 'channel' takes it instead"
+    assert any(note.startswith(left) for note in view["recording"]["notes"])
+
+
+def test_a_channel_of_codes_that_the_file_calls_eeg_can_be_the_source(original, tmp_path):
+    path = with_triggers(original, tmp_path, name="X9", kind="eeg")
+    summary, _, _ = run(path, tmp_path / "out", channel_types={"X9": "stim"}, markers="X9")
+    assert summary["events"] == {"7": 1, "9": 1}
+
+
 def test_breaks_and_bad_stretches_are_no_events(original, tmp_path):
     marks = original.annotations + mne.Annotations(
         [2.0, 2.0, 4.0], [0, 0, 0.5], ["BAD boundary", "EDGE boundary", "BAD_x"]
@@ -224,6 +248,16 @@ def test_the_cure_for_a_renamed_channel_works(original, tmp_path):
     assert "(acquire.bads = ['Mid']) or leave it out (acquire.drop = ['Cz'], without its name in" in caught.value.cure
     run(path, tmp_path / "out", channel_map={"Cz": "Mid"}, bads=("Mid",))
     run(path, tmp_path / "out", drop=("Cz",))
+
+
+def test_the_cure_for_a_shortened_label_works(original, tmp_path):
+    original.rename_channels({"Cz": "EEG Cz-Ref"})
+    path = with_gap(original, tmp_path, 1)
+    with pytest.raises(DataError, match="channel Cz has") as caught:
+        run(path, tmp_path / "out")
+    assert "(acquire.bads = ['Cz']) or leave it out (acquire.drop = ['EEG Cz-Ref'])" in caught.value.cure
+    run(path, tmp_path / "out", bads=("Cz",))
+    run(path, tmp_path / "out", drop=("EEG Cz-Ref",))
 
 
 def test_a_flat_channel_is_noted_and_left_to_preprocess(original, tmp_path):

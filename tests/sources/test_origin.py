@@ -165,18 +165,18 @@ def test_what_acquire_writes_says_so_and_still_tells_the_reference(tmp_path, tin
     assert origin.mark_of(SYNTHETIC) in raw.info["description"]
     assert reference_of(raw) == "mean of TP9 and TP10 (mastoids)"
     config = acquire.Config(source="file", path=str(out / "s01_raw.fif"))
-    assert read(config, tmp_path)["origin"] == SYNTHETIC.told
+    assert read(config, tmp_path)["origin"] == SYNTHETIC.summary
 
 
 def test_a_mark_outweighs_who_vouches_and_a_voucher_what_is_unknown(tmp_path, tiny, study):
     out, _ = tiny
     marked_file = acquire.Config(source="file", path=str(out / "s01_raw.fif"), recorded=True)
-    assert read(marked_file, tmp_path / "one")["origin"] == SYNTHETIC.told
+    assert read(marked_file, tmp_path / "one")["origin"] == SYNTHETIC.summary
     study()
     plain = {"source": "file", "path": str(tmp_path / "study/s01/s01.set")}
-    assert read(acquire.Config(**plain), tmp_path / "two")["origin"] == UNKNOWN.told
-    told = read(acquire.Config(**plain, recorded=True), tmp_path / "three")["origin"]
-    assert told == Origins(Origin.REAL, Origin.REAL).told
+    assert read(acquire.Config(**plain), tmp_path / "two")["origin"] == UNKNOWN.summary
+    summary = read(acquire.Config(**plain, recorded=True), tmp_path / "three")["origin"]
+    assert summary == Origins(Origin.REAL, Origin.REAL).summary
 
 
 @pytest.fixture
@@ -205,7 +205,7 @@ def test_a_simulated_log_says_so_in_its_metadata(tmp_path, tiny):
         write_metadata(trials, home / "metadata04.csv", origin=origin.mark_of(told))
         config = acquire.Config(source="semisynthetic", path=str(home.parent), sfreq=128.0)
         found = read(config, tmp_path / expected.name, "s04")["origin"]
-        assert found == Origins(Origin.SYNTHETIC, expected).told
+        assert found == Origins(Origin.SYNTHETIC, expected).summary
     assert "Origin" not in (home / "metadata04.csv").read_text()
 
 

@@ -164,10 +164,12 @@ def test_contradictions_are_named(change, message):
 
 
 SET = {
-    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "channel_map": {"Fz": "Cz"},
+    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
+    "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
     "recorded": True, "reference": "left earlobe", "stream": "amp",
 }  # fmt: skip
+FILE_ONLY = ("event_map", "stream", "markers", "trigger_mask")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
 
@@ -190,7 +192,7 @@ def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_i
 def test_a_recording_from_a_file_takes_its_options():
     theirs = {name: value for name, value in SET.items() if name != "onset_event"}
     assert acquire.check(acquire.Config(source="file", **theirs)) == []
-    theirs = {name: value for name, value in SET.items() if name not in ("event_map", "stream")}
+    theirs = {name: value for name, value in SET.items() if name not in FILE_ONLY}
     assert acquire.check(acquire.Config(source="dataset", **theirs)) == []
 
 

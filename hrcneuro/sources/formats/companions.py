@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from hrcneuro.sources.formats import brainvision_text, eeglab_names
+from hrcneuro.sources.formats.fif_tags import parts
+from hrcneuro.sources.formats.named import is_there
 
 
 def companions(path: Path) -> dict[str, Path]:
@@ -20,7 +21,6 @@ def companions(path: Path) -> dict[str, Path]:
         files = {"data": named.data, "markers": named.markers}
     elif ending == ".set":
         files = {"fdt": eeglab_names.data_files(path).data}
-    elif ending == ".fif":
-        parts = re.compile(re.escape(path.stem) + r"-\d+\.fif")
-        files = {p.name.removeprefix(path.stem): p for p in path.parent.iterdir() if parts.fullmatch(p.name)}
+    elif path.name.lower().endswith((".fif", ".fif.gz")):
+        files = {f"part {i}": part if is_there(part) else None for i, part in enumerate(parts(path), start=2)}
     return {label: file for label, file in files.items() if file is not None}

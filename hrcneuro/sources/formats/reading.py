@@ -2,41 +2,84 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import re
 import warnings
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources.formats.pieces import Pieces
 from hrcneuro.sources.recording import CHANNEL_TYPES, Recording, markers_of
-from hrcneuro.sources.triggers import use_trigger_channel
 
 if TYPE_CHECKING:
     import mne
 
 # EEGLAB writes 'boundary', or -99 where all event types are numbers; BrainVision starts a segment with a marker.
 _BREAKS = frozenset({"boundary", "-99", "New Segment/", "EDGE boundary"})
+# A name alone decides nothing: only what lasts is a stretch, and "badminton" is none.
+_BAD = re.compile(r"bad(?![a-z])", re.IGNORECASE)
+
+# What MNE warns of though it is dealt with: breaks become breaks, and a file's name need not end as MNE would have it.
+_DEALT_WITH = ("'boundary' events", "does not conform to MNE naming conventions")
+# Warnings meant for programmers.
+_OF_PROGRAMS = (DeprecationWarning, PendingDeprecationWarning, FutureWarning, ResourceWarning, ImportWarning)
+
+Mark = tuple[float, float, str]
+"""Onset and duration in s, and text."""
 
 
-def read_raw(path: Path, read: Callable[[], mne.io.BaseRaw]) -> Recording:
+def read_raw(
+    path: Path,
+    read: Callable[[], mne.io.BaseRaw],
+    *,
+    finish: Callable[[mne.io.BaseRaw, Recording], None] | None = None,
+    dealt_with: tuple[str, ...] = (),
+) -> Recording:
     """Return the recording that a reader of MNE makes of a file; what it warns of becomes notes.
 
     Args:
         path: The file, for messages.
         read: Opens it by MNE, its samples still on disk.
+        finish: Gives the recording its markers, breaks and spans; without it they are MNE's annotations.
+        dealt_with: Parts of warnings that need no note, since ``read`` or ``finish`` does what they warn of.
 
     Raises:
         DataError: The file cannot be read, or its data file is missing.
     """
-    with warnings.catch_warnings(record=True) as caught:
+    import mne
+
+    # MNE warns only where its own level lets it, whatever a user's environment says.
+    with mne.utils.use_log_level("warning"), _complaints() as said, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         raw = _opened(path, read)
         recording = _converted(raw, path)
-    recording.notes = _notes(caught, path) + recording.notes
+        if finish is None:
+            sort_marks(recording, marks_of(raw))
+        else:
+            finish(raw, recording)
+    recording.notes = _notes(caught, said, path, dealt_with) + recording.notes
     return recording
+
+
+@contextlib.contextmanager
+def _complaints() -> Iterator[list[str]]:
+    """Collect what MNE logs as a warning without warning of it; none of it goes to the terminal, where answers go."""
+    said: list[str] = []
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    logger = logging.getLogger("mne")
+    others = list(logger.handlers)
+    logger.handlers = [handler]
+    try:
+        yield said
+    finally:
+        logger.handlers = others
 
 
 def _opened(path: Path, read: Callable[[], mne.io.BaseRaw]) -> mne.io.BaseRaw:
@@ -62,7 +105,7 @@ def _converted(raw: mne.io.BaseRaw, path: Path) -> Recording:
     kinds = raw.get_channel_types()
     keep = [i for i, kind in enumerate(kinds) if kind in CHANNEL_TYPES]
     try:
-        data = raw.get_data(picks=keep, verbose="error") if keep else np.zeros((0, len(raw.times)))
+        data = raw.get_data(picks=keep) if keep else np.zeros((0, len(raw.times)))
         montage = raw.get_montage() if "eeg" in kinds else None
     except Exception as error:
         raise DataError(
@@ -77,30 +120,54 @@ def _converted(raw: mne.io.BaseRaw, path: Path) -> Recording:
     if len(keep) < len(kinds):
         left = [raw.ch_names[i] for i in range(len(kinds)) if i not in keep]
         recording.notes.append(f"channels of other types left out: {', '.join(left)}")
-    _sort_annotations(recording, raw)
-    if recording.markers.empty:
-        use_trigger_channel(recording)
     return recording
 
 
-def _sort_annotations(recording: Recording, raw: mne.io.BaseRaw) -> None:
-    """Tell markers from breaks and from stretches marked bad."""
+def marks_of(raw: mne.io.BaseRaw) -> list[Mark]:
+    """Return MNE's annotations of a file, their onsets counted from the first sample."""
+    # MNE counts an annotation from where the clock started, a FIF's first sample may come later.
+    return [
+        (float(mark["onset"]) - raw.first_time, float(mark["duration"]), str(mark["description"]))
+        for mark in raw.annotations
+    ]
+
+
+def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = None) -> None:
+    """Tell markers from breaks and from stretches marked bad, and put each at its place among the samples.
+
+    Args:
+        recording: Gets markers, breaks and spans, and a note of markers that lie where nothing was recorded.
+        marks: Onsets by the recording's clock, from the first sample.
+        pieces: The stretches that were recorded, where it is known that some were not.
+    """
     samples = recording.data.shape[1]
-    onsets, events, breaks = [], [], set()
-    for mark in raw.annotations:
-        # MNE counts an annotation from where the clock started, a FIF's first sample may come later.
-        onset, text = float(mark["onset"]) - raw.first_time, marker_name(mark["description"])
+    at_s = [onset for onset, _, _ in marks]
+    ends_s = [onset + duration for onset, duration, _ in marks]
+    inside = [True] * len(marks)
+    if pieces is not None and marks:
+        recorded = pieces.place(np.array(at_s))[1]
+        at_s, ends_s = (pieces.place(np.array(times))[0].tolist() for times in (at_s, ends_s))
+        inside = recorded.tolist()
+    onsets, events, lost, breaks = [], [], [], set()
+    for onset, end, there, (_, duration, description) in zip(at_s, ends_s, inside, marks, strict=True):
+        text = marker_name(description)
         if text in _BREAKS:
             # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
             breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
-        elif text.upper().startswith(("BAD", "EDGE")):
-            if text != "BAD boundary":
-                recording.spans.append((onset, float(mark["duration"]), text))
-        else:
-            onsets.append(onset)
-            events.append(text)
-    recording.breaks_s = [at / recording.sfreq for at in sorted(breaks) if 0 < at < samples]
+        elif duration > 0 and _BAD.match(text):
+            recording.spans += [(onset, end - onset, text)] if end > onset else []
+        elif text != "BAD boundary":
+            if there:
+                onsets.append(onset)
+                events.append(text)
+            else:
+                lost.append(text)
+    joins = {round(at * recording.sfreq) for at in pieces.breaks_s} if pieces is not None else set()
+    recording.breaks_s = [at / recording.sfreq for at in sorted(breaks | joins) if 0 < at < samples]
     recording.markers = markers_of(onsets, events)
+    if lost:
+        counts = ", ".join(f"{name} × {n}" for name, n in Counter(lost).items())
+        recording.notes.append(f"{len(lost)} markers lie where nothing was recorded and are left out: {counts}")
 
 
 def marker_name(text: str) -> str:
@@ -117,10 +184,14 @@ def _units(raw: mne.io.BaseRaw, names: list[str], path: Path) -> list[str]:
     return [str(stated.get(name, default)).translate(micro) for name in names]
 
 
-def _notes(caught: list[warnings.WarningMessage], path: Path) -> list[str]:
-    """Return what the reader warned of, for the record; breaks are dealt with and need no word."""
-    texts = [base_names(str(w.message)) for w in caught if issubclass(w.category, RuntimeWarning | UserWarning)]
-    return [f"{path.name}: {text[:300]}" for text in dict.fromkeys(texts) if "'boundary' events" not in text]
+def _notes(
+    caught: list[warnings.WarningMessage], said: list[str], path: Path, dealt_with: tuple[str, ...]
+) -> list[str]:
+    """Return what the reader warned of, for the record; what is dealt with, or harmless, needs no word."""
+    texts = [base_names(str(w.message)) for w in caught if not issubclass(w.category, _OF_PROGRAMS)]
+    texts += [base_names(text) for text in said]
+    known = (*_DEALT_WITH, *dealt_with)
+    return [f"{path.name}: {text[:300]}" for text in dict.fromkeys(texts) if not any(one in text for one in known)]
 
 
 def base_names(text: str) -> str:
