@@ -168,8 +168,9 @@ SET = {
     "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
     "recorded": True, "reference": "left earlobe", "stream": "amp",
+    "stream_rate": "measured", "rate_tolerance": 0.5,
 }  # fmt: skip
-FILE_ONLY = ("event_map", "stream", "markers", "trigger_mask")
+FILE_ONLY = ("event_map", "stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
 
