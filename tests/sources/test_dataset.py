@@ -1,6 +1,6 @@
 """The authors' layout, quirks included: what is read is what was written, and every bad input has its message."""
 
-from __future__ import re
+from __future__ import annotations
 
 import shutil
 from pathlib import Path
