@@ -8,7 +8,9 @@ from pathlib import Path
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.sources.formats import READABLE
 from hrcneuro.sources.formats.companions import companions
+from hrcneuro.sources.formats.named import is_there
 from hrcneuro.sources.formats.statements import describing_files
+from hrcneuro.sources.pointers import refuse_broken_link
 
 SUBJECT = "{subject}"
 
@@ -42,14 +44,16 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
     if eeg:
         files["set"] = home / f"{subject}.set"
     for label, path in files.items():
+        refuse_broken_link(path)
         if not path.is_file():
             raise DataError(
                 f"{subject} has no {path.name} ({'recording' if label == 'set' else 'log'}); "
                 f"{home} holds {_span(sorted(p.name for p in home.iterdir()))}",
                 cure=_missing(label),
             )
-    optional = {"metadata": home / f"metadata{number}.csv"} | ({"fdt": home / f"{subject}.fdt"} if eeg else {})
-    return files | {label: path for label, path in optional.items() if path.is_file()}
+    metadata = home / f"metadata{number}.csv"
+    optional = {"metadata": metadata} if is_there(metadata) else {}
+    return _whole(files | optional | (companions(files["set"]) if eeg else {}))
 
 
 def recording_files(pattern: str, subject: str) -> dict[str, Path]:
@@ -69,6 +73,7 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
             f"acquire.path: {path.name} {what}; recordings that can be read: {', '.join(READABLE)}",
             cure="name the recording's header file, with {subject} where the subjects' paths differ",
         )
+    refuse_broken_link(path)
     if not path.is_file():
         have = _subjects(pattern)
         here = f"subjects found: {_span(have)}" if SUBJECT in pattern else f"{path.parent} holds {_siblings(path)}"
@@ -76,7 +81,14 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
             f"the recording {path} of {subject} does not exist{did_you_mean(subject, have)}; {here}",
             cure="correct acquire.path, or name a subject that is there",
         )
-    return {"recording": path} | companions(path) | describing_files(path)
+    return _whole({"recording": path} | companions(path) | describing_files(path))
+
+
+def _whole(files: dict[str, Path]) -> dict[str, Path]:
+    """Return the files; refuse a link among them whose target is not here, since its content decides the result."""
+    for path in files.values():
+        refuse_broken_link(path)
+    return files
 
 
 def _root(path: str) -> Path:

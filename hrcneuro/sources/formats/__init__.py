@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     ".vhdr": "brainvision",
+    ".ahdr": "brainvision",
     ".set": "eeglab",
     ".fif": "fif",
     ".fif.gz": "fif",

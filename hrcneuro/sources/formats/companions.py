@@ -5,24 +5,22 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from hrcneuro.sources.formats import brainvision_text, eeglab_names
+
 
 def companions(path: Path) -> dict[str, Path]:
-    """Return label -> file that is read beside a recording's own: data, markers, ``.fdt``, parts of a split FIF."""
-    name = path.name.lower()
-    if name.endswith(".vhdr"):
-        files = _brainvision(path)
-    elif name.endswith(".set"):
-        files = {"fdt": path.with_suffix(".fdt")}
-    elif name.endswith(".fif"):
+    """Return label -> file that is read beside a recording's own: data, markers, ``.fdt``, parts of a split FIF.
+
+    A link to a file that is not here is among them; a file that is named and missing is not.
+    """
+    ending = path.suffix.lower()
+    files: dict[str, Path | None] = {}
+    if ending in brainvision_text.HEADERS:
+        named = brainvision_text.named_files(path, brainvision_text.read_sections(path))
+        files = {"data": named.data, "markers": named.markers}
+    elif ending == ".set":
+        files = {"fdt": eeglab_names.data_files(path).data}
+    elif ending == ".fif":
         parts = re.compile(re.escape(path.stem) + r"-\d+\.fif")
         files = {p.name.removeprefix(path.stem): p for p in path.parent.iterdir() if parts.fullmatch(p.name)}
-    else:
-        files = {}
-    return {label: file for label, file in files.items() if file.is_file()}
-
-
-def _brainvision(path: Path) -> dict[str, Path]:
-    keys = {"DataFile": "data", "MarkerFile": "markers"}
-    text = path.read_text(encoding="utf-8", errors="replace")
-    named = {keys[m[1]]: m[2].strip() for m in re.finditer(r"^(DataFile|MarkerFile)=(.*)$", text, re.MULTILINE)}
-    return {label: path.parent / file.replace("$b", path.stem) for label, file in named.items() if file}
+    return {label: file for label, file in files.items() if file is not None}

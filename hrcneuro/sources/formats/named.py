@@ -1,0 +1,42 @@
+"""Where a file lies that another file names: as it stands, else as another system or program would have written it."""
+
+from __future__ import annotations
+
+import os
+import unicodedata
+from pathlib import Path
+
+
+def find_named(folder: Path, name: str) -> Path | None:
+    """Return the file of that name beside the one that names it, or None where there is none.
+
+    A link whose target is absent counts as found: whoever opens it says so.
+
+    Args:
+        folder: Where the naming file lies.
+        name: As written there: a bare name, or a path of this system or of Windows, of which the last part counts.
+    """
+    if not name:
+        return None
+    base = name.replace("\\", "/").rpartition("/")[2]
+    for path in (folder / name, folder / base):
+        if is_there(path):
+            return path
+    # Windows does not tell R.EEG from r.eeg, a Mac writes an umlaut as two characters.
+    alike = [path for path in sorted(folder.iterdir()) if _plain(path.name) == _plain(base)]
+    return alike[0] if len(alike) == 1 and is_there(alike[0]) else None
+
+
+def is_there(path: Path) -> bool:
+    """Return whether there is such a file, or a link that should lead to one."""
+    return path.is_file() or (path.is_symlink() and not path.exists())
+
+
+def _plain(name: str) -> str:
+    raw = os.fsencode(name)
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        # Unpacked from an archive that was made on Windows.
+        text = raw.decode("cp1252", errors="replace")
+    return unicodedata.normalize("NFC", text).casefold()
