@@ -306,7 +306,7 @@ def test_epochs_are_no_recording(original, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mne.export.export_epochs(tmp_path / "epo.set", epochs, verbose="error")
-    with pytest.raises(DataError, match="The number of trials is 5"):
+    with pytest.raises(DataError, match="holds 5 epochs"):
         run(tmp_path / "epo.set", tmp_path / "out")
 
 

@@ -1,0 +1,22 @@
+"""Types of channels as files spell them."""
+
+from __future__ import annotations
+
+_KINDS = {
+    "eeg": ("eeg",),
+    "eog": ("eog", "heog", "veog", "reog"),
+    "ecg": ("ecg", "ekg"),
+    "emg": ("emg",),
+    "stim": ("stim", "trig", "trigger", "triggers", "status", "marker", "markers"),
+    "misc": (
+        "misc", "aux", "resp", "respiration", "temp", "temperature", "gsr", "eda", "scr", "ppg", "pleth", "spo2", "sao2",
+        "acc", "accelerometer", "gyro", "gyroscope", "magnetometer", "audio", "bio", "physio", "pos", "pupil", "gaze",
+        "eyegaze", "eye", "seeg", "ecog", "dbs", "meg", "timestamp", "counter", "battery", "impedance", "quality",
+    ),
+}  # fmt: skip
+_BY_WORD = {word: kind for kind, words in _KINDS.items() for word in words}
+
+
+def kind_of_type(word: str) -> str | None:
+    """Return eeg, eog, ecg, emg, stim or misc for what a file calls a channel's type, None where it is not known."""
+    return _BY_WORD.get(word.strip().lower())
