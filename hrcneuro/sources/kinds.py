@@ -9,9 +9,10 @@ _KINDS = {
     "emg": ("emg",),
     "stim": ("stim", "trig", "trigger", "triggers", "status", "marker", "markers"),
     "misc": (
-        "misc", "aux", "resp", "respiration", "temp", "temperature", "gsr", "eda", "scr", "ppg", "pleth", "spo2", "sao2",
-        "acc", "accelerometer", "gyro", "gyroscope", "magnetometer", "audio", "bio", "physio", "pos", "pupil", "gaze",
-        "eyegaze", "eye", "seeg", "ecog", "dbs", "meg", "timestamp", "counter", "battery", "impedance", "quality",
+        "misc", "aux", "resp", "respiration", "temp", "temperature", "gsr", "eda", "scr", "ppg", "pleth", "spo2",
+        "sao2", "acc", "accelerometer", "gyro", "gyroscope", "magnetometer", "audio", "bio", "physio", "pos", "pupil",
+        "gaze", "eyegaze", "eye", "seeg", "ecog", "dbs", "meg", "timestamp", "counter", "battery", "impedance",
+        "quality",
     ),
 }  # fmt: skip
 _BY_WORD = {word: kind for kind, words in _KINDS.items() for word in words}

@@ -30,6 +30,8 @@ _SOURCES = {
     "onset_event": ("dataset",),
     "event_map": ("file",),
     "stream": ("file",),
+    "stream_rate": ("file",),
+    "rate_tolerance": ("file",),
 }
 
 
@@ -68,7 +70,15 @@ class Config:
         False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
     )
     reference: str = option("", "reference of the recording, for the record")
-    stream: str = option("", "XDF: name of the EEG stream, where there are several")
+    stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
+    stream_rate: str = option(
+        "nominal",
+        "XDF: the sampling rate that the stream states, or the one by the clock",
+        choices=("nominal", "measured"),
+    )
+    rate_tolerance: float = option(
+        0.01, "XDF: share by which the measured rate may differ before the nominal one is refused", low=0, high=1
+    )
     session: SessionParams = option(SessionParams(), "simulated session")
     timing: TimingParams = option(TimingParams(), "when simulated moves begin")
     eeg: SyntheticParams = option(SyntheticParams(), "synthetic recording")
@@ -175,7 +185,7 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
     from hrcneuro.sources.events import select_events
     from hrcneuro.sources.formats import read_recording
 
-    signals = read_recording(layout.recording_files(config.path, unit)["recording"], stream=config.stream)
+    signals = read_recording(layout.recording_files(config.path, unit)["recording"], **_xdf(config))
     _shape(config, signals)
     events, notes = select_events(signals.markers, config.event_map)
     signals.notes += notes
@@ -189,6 +199,10 @@ def _simulated_origins(config: Config, unit: str) -> origin.Origins:
     simulated = origin.Origins(origin.Origin.SYNTHETIC, origin.Origin.UNKNOWN)
     known = origin.with_log(simulated, layout.dataset_files(config.path, unit, eeg=False))
     return origin.vouched(known, config.recorded)
+
+
+def _xdf(config: Config) -> dict[str, Any]:
+    return {name: getattr(config, name) for name in ("stream", "stream_rate", "rate_tolerance")}
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -242,7 +256,7 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
 
     study = config.source == "dataset"
     files = sources(config, unit)
-    signals = read_recording(files["set" if study else "recording"], stream=config.stream)
+    signals = read_recording(files["set" if study else "recording"], **_xdf(config))
     view["recording"] = inspection.view_recording(signals)
     inspection.attempt(view, lambda: _shape(config, signals))
     inspection.attempt(view, lambda: check_signals(signals))

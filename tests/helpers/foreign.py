@@ -150,7 +150,8 @@ def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
         chunks.append(_chunk(3, number_bytes + count + body))
         clocks = [struct.pack("<dd", stream["stamps"][i], stream.get("offset", 0.0)) for i in (0, -1)]
         chunks += [_chunk(4, number_bytes + clock) for clock in clocks]
-        chunks.append(_chunk(6, number_bytes + b"<?xml version='1.0'?><info></info>"))
+        footer = f"<?xml version='1.0'?><info><sample_count>{len(stream['stamps'])}</sample_count></info>"
+        chunks += [_chunk(6, number_bytes + footer.encode())] if stream.get("footer", True) else []
     path.write_bytes(b"XDF:" + b"".join(chunks))
     return path
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.statements import statements
@@ -33,20 +33,20 @@ READABLE = tuple(_MODULES)
 """The endings of the files that a user would open."""
 
 
-def read_recording(path: Path, *, stream: str = "") -> Recording:
+def read_recording(path: Path, **xdf: Any) -> Recording:
     """Return the recording in a BrainVision, EEGLAB, FIF, EDF, BDF or XDF file.
 
     Args:
         path: The file that a user would open, of an ending in :data:`READABLE`.
-        stream: Name of the EEG stream, where an XDF file holds several.
+        xdf: ``stream``, ``stream_rate`` and ``rate_tolerance``, as :func:`hrcneuro.sources.formats.xdf.read` has them.
 
     Raises:
-        DataError: The file is a Git LFS pointer, truncated, unreadable or holds epochs instead of a recording.
+        DataError: The file is a pointer, a broken link, truncated, unreadable or holds epochs instead of a recording.
     """
     for file in (path, *companions(path).values()):
         refuse_pointer(file)
     ending = next(e for e in READABLE if path.name.lower().endswith(e))
     module = import_module(f"hrcneuro.sources.formats.{_MODULES[ending]}")
-    recording: Recording = module.read(path, stream=stream) if module.__name__.endswith("xdf") else module.read(path)
+    recording: Recording = module.read(path, **xdf) if module.__name__.endswith("xdf") else module.read(path)
     recording.origins = marked(statements(path))
     return recording

@@ -11,24 +11,62 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import VOLTS
-from hrcneuro.sources.recording import CHANNEL_TYPES, Recording, markers_of
+from hrcneuro.sources.formats import xdf_time
+from hrcneuro.sources.formats.reading import marker_name
+from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
+from hrcneuro.sources.kinds import kind_of_type
+from hrcneuro.sources.recording import Recording, markers_of
+from hrcneuro.sources.units import voltage_unit
 
 _GZIP = b"\x1f\x8b"
-_UNITS = {"microvolts": "uV", "uv": "uV", "millivolts": "mV", "mv": "mV", "volts": "V", "v": "V"}
 
 
-def read(path: Path, *, stream: str = "") -> Recording:
+def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tolerance: float = 0.01) -> Recording:
     """Return the EEG stream of an XDF file, with the markers of every marker stream on its samples.
 
-    The sampling rate is the nominal one; onsets are placed by the synchronised clocks, so that a clock that runs
-    fast or slow moves no marker. A gap in the stream becomes a break.
+    Onsets are placed by the synchronised clocks, so that a clock that runs fast or slow moves no marker. A gap in the
+    stream becomes a break.
+
+    Args:
+        path: The file, packed by gzip or not.
+        stream: The EEG stream's name, ``name#2`` for the second one of that name, or its source id.
+        stream_rate: ``nominal``: the sampling rate that the stream states; ``measured``: by the clock.
+        rate_tolerance: By how much, as a share, the two may differ before the nominal one is refused.
 
     Raises:
         ConfigError: pyxdf is not installed, or the stream to use is not clear.
-        DataError: The file holds no such stream or cannot be read.
+        DataError: The file holds no such stream, lost some of it, cannot be read, or its rate is not as stated.
     """
+    streams, notes = _load(path)
+    eeg, said = choose_eeg(streams, stream, path.name)
+    notes += said + _missing(eeg, path)
+    stamps = np.asarray(eeg["time_stamps"], float)
+    if not np.isfinite(stamps).all():
+        raise DataError(f"{path.name}: stream {info(eeg, 'name')!r} has time stamps that are no numbers")
+    parts = xdf_time.segments(stamps, rate_of(eeg) or 1 / float(np.median(np.diff(stamps))))
+    times, measured = xdf_time.steady(stamps, parts)
+    sfreq = _sfreq(eeg, measured, stream_rate, rate_tolerance, path)
+    recording = _signals(eeg, sfreq, notes)
+    notes.append(
+        f"stream {info(eeg, 'name')!r}: {len(stamps)} samples at {sfreq:g} Hz "
+        f"(nominal {rate_of(eeg):g}, measured {measured:.3f} Hz)"
+    )
+    recording.breaks_s = [start / sfreq for start, _ in parts[1:]]
+    if len(parts) > 1:
+        gaps = [float(times[start] - times[start - 1]) for start, _ in parts[1:]]
+        notes.append(f"samples are missing at {len(gaps)} places, {sum(gaps):.1f} s in all, {max(gaps):.1f} s at most")
+    marks, left = marker_streams([s for s in streams if s is not eeg])
+    _place(recording, marks, times, parts, notes)
+    notes.append("marker streams: " + (", ".join(info(s, "name") for s in marks) or "none"))
+    if left:
+        notes.append(f"streams of other kinds, not read: {', '.join(info(s, 'name') for s in left)}")
+    recording.notes = notes
+    return recording
+
+
+def _load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
     try:
         import pyxdf
     except ImportError as error:
@@ -37,23 +75,12 @@ def read(path: Path, *, stream: str = "") -> Recording:
         ) from error
     with _complaints() as notes, _opened(path) as file:
         try:
-            streams, _ = pyxdf.load_xdf(file, verbose=False)
+            streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
         except Exception as error:
             # pyxdf raises whatever a damaged chunk leads to; for a person it is one thing.
             raise DataError(f"{path.name} cannot be read as XDF: {error}", cure="copy the recording again") from error
-    signals = [s for s in streams if _rate(s) > 0 and len(s["time_stamps"]) > 1]
-    eeg = _choose(signals, stream, path)
-    recording = _signals(eeg, path)
-    marks = [s for s in streams if _rate(s) == 0 and (_info(s, "type") == "Markers" or _is_text(s))]
-    _place(recording, eeg["time_stamps"], marks)
-    recording.breaks_s = [start / recording.sfreq for start, _ in eeg["info"]["segments"] if start > 0]
-    recording.notes += notes
-    recording.notes.append(
-        f"stream {_info(eeg, 'name')!r}: {len(eeg['time_stamps'])} samples at {recording.sfreq:g} Hz "
-        f"(measured {float(eeg['info']['effective_srate']):.3f} Hz); marker streams: "
-        + (", ".join(_info(s, "name") for s in marks) or "none")
-    )
-    return recording
+    # Clocks that were set anew are dealt with here by the gaps that they leave.
+    return streams, [note for note in notes if "clock-segments differ" not in note]
 
 
 def _opened(path: Path) -> BinaryIO:
@@ -82,57 +109,101 @@ def _complaints() -> Iterator[list[str]]:
         logger.propagate = before
 
 
-def _choose(signals: list[dict[str, Any]], wanted: str, path: Path) -> dict[str, Any]:
-    names = [_info(s, "name") for s in signals]
-    if wanted:
-        hits = [s for s in signals if _info(s, "name") == wanted]
-        if not hits:
-            raise ConfigError(
-                f"{path.name} has no regular stream {wanted!r}{did_you_mean(wanted, names)}; it has "
-                f"{', '.join(names) or 'none'}",
-                cure="correct acquire.stream",
-            )
-        return hits[0]
-    eeg = [s for s in signals if _info(s, "type").upper() == "EEG"] or signals
-    if not eeg:
-        raise DataError(f"{path.name} holds no regularly sampled stream", cure="record the EEG stream too")
-    if len(eeg) > 1:
-        raise ConfigError(
-            f"{path.name} holds {len(eeg)} streams that may be the EEG: {', '.join(_info(s, 'name') for s in eeg)}",
-            cure=f"name one: acquire.stream = {_info(eeg[0], 'name')!r}",
+def _missing(stream: dict[str, Any], path: Path) -> list[str]:
+    """Refuse a stream that has fewer samples than its footer counts; where no footer counts them, a note says so."""
+    footer = ((stream.get("footer") or {}).get("info") or {}).get("sample_count") or [None]
+    count, name = len(stream["time_stamps"]), info(stream, "name")
+    if footer[0] is None:
+        return [
+            f"stream {name!r} has no end mark with a count of its samples: the recorder was stopped before it wrote "
+            "one, or the file is truncated; how much is missing, if anything, is not known"
+        ]
+    if count < int(footer[0]):
+        raise DataError(
+            f"{path.name}: stream {name!r} holds {count} of {footer[0]} samples: the file is damaged",
+            cure="copy or download it again",
         )
-    return eeg[0]
+    return []
 
 
-def _signals(stream: dict[str, Any], path: Path) -> Recording:
-    """Return the stream's samples in volts, with the labels, types and units of its description."""
+def _sfreq(stream: dict[str, Any], measured: float, which: str, tolerance: float, path: Path) -> float:
+    nominal = rate_of(stream)
+    if which == "measured" and measured > 0:
+        return measured
+    if nominal == 0:
+        raise DataError(
+            f"{path.name}: stream {info(stream, 'name')!r} states no sampling rate; measured {measured:.3f} Hz",
+            cure="acquire.stream_rate = 'measured' takes that one",
+        )
+    if measured > 0 and abs(measured / nominal - 1) > tolerance:
+        raise DataError(
+            f"{path.name}: stream {info(stream, 'name')!r} states {nominal:g} Hz and came at {measured:.3f} Hz, "
+            f"{100 * abs(measured / nominal - 1):.1f} % off; allowed: {100 * tolerance:g} % (acquire.rate_tolerance)",
+            cure="acquire.stream_rate = 'measured', where samples were taken at that rate; where some were lost, "
+            "the recording cannot be timed",
+        )
+    return nominal
+
+
+def _signals(stream: dict[str, Any], sfreq: float, notes: list[str]) -> Recording:
+    """Return the samples in volts, with the labels, types and units of the stream's description."""
     values = np.asarray(stream["time_series"], float).T
     about = _channels(stream)
     if len(about) != len(values):
+        what = f"describes {len(about)} of its {len(values)} channels" if about else "names no channels"
+        notes.append(f"stream {info(stream, 'name')!r} {what}: they are called EEG001 …, in microvolts")
         about = [{} for _ in values]
     names = [one.get("label") or f"EEG{i + 1:03d}" for i, one in enumerate(about)]
     names = [n if names.count(n) == 1 else f"{n}-{names[:i].count(n)}" for i, n in enumerate(names)]
-    kinds = [one.get("type", "eeg").lower() for one in about]
-    units = [_UNITS.get(one.get("unit", "microvolts").lower(), "uV") for one in about]
-    types = [k if k in CHANNEL_TYPES else "misc" for k in kinds]
-    for row, unit, kind in zip(values, units, types, strict=True):
-        row *= 1.0 if kind == "stim" else VOLTS[unit]
-    recording = Recording(values, names, types, _rate(stream), markers_of([], []), units=units)
-    if not _channels(stream):
-        recording.notes.append(f"{path.name} names no channels: they are called EEG001 …, in microvolts")
-    return recording
+    kinds, units = [], []
+    for row, name, one in zip(values, names, about, strict=True):
+        kind, unit = _kind_and_unit(name, one, notes)
+        kinds.append(kind)
+        units.append(unit)
+        row *= 1.0 if kind == "stim" else VOLTS.get(unit, 1.0)
+    return Recording(values, names, kinds, sfreq, markers_of([], []), units=units)
 
 
-def _place(recording: Recording, stamps: np.ndarray, marks: list[dict[str, Any]]) -> None:
-    """Put each marker at its place among the samples; markers outside the stream are left out."""
-    times = np.concatenate([np.asarray(s["time_stamps"], float) for s in marks] or [np.zeros(0)])
-    texts = [str(value[0]).removesuffix(".0") for s in marks for value in s["time_series"]]
-    period = 1 / recording.sfreq
-    inside = (times >= stamps[0] - period) & (times <= stamps[-1] + period)
-    at = np.interp(times[inside], stamps, np.arange(len(stamps)))
-    recording.markers = markers_of(at * period, [text for text, keep in zip(texts, inside, strict=True) if keep])
-    if not inside.all():
-        recording.notes.append(f"{int((~inside).sum())} markers lie before or after the EEG stream and are left out")
+def _kind_and_unit(name: str, about: dict[str, str], notes: list[str]) -> tuple[str, str]:
+    """Return type and unit of a channel; without a word it is EEG in microvolts."""
+    word, unit = about.get("type", "EEG"), about.get("unit", "")
+    kind, volts = kind_of_type(word) or "misc", voltage_unit(unit or "uV")
+    if kind != "stim" and kind_of_type(word) != kind:
+        notes.append(f"channel {name} taken for misc by its type {word!r}")
+    if volts is None and kind in ("eeg", "eog"):
+        notes.append(f"channel {name}: unit {unit!r} is no voltage, taken for microvolts (acquire.unit sets another)")
+        return kind, "uV"
+    return kind, volts or unit
+
+
+def _place(
+    recording: Recording,
+    marks: list[dict[str, Any]],
+    times: np.ndarray,
+    parts: list[tuple[int, int]],
+    notes: list[str],
+) -> None:
+    """Put each marker at its place among the samples; where none was taken, it is left out."""
+    when = np.concatenate([np.asarray(s["time_stamps"], float) for s in marks] or [np.zeros(0)])
+    texts = [marker_name(str(value[0])) for s in marks for value in s["time_series"]]
+    notes += [
+        f"marker stream {info(stream, 'name')!r}: the first of its channels is taken for the marker"
+        for stream in marks
+        if len(stream["time_series"]) and len(stream["time_series"][0]) > 1
+    ]
+    said = np.array([text not in ("", "nan") for text in texts], dtype=bool)
+    places = xdf_time.samples_at(times, parts, when, 1 / recording.sfreq)
+    placed = np.isfinite(places)
+    use = placed & said
+    names = [text for text, keep in zip(texts, use, strict=True) if keep]
+    recording.markers = markers_of(places[use] / recording.sfreq, names)
+    outside = ~placed & ((when < times[0]) | (when > times[-1]))
+    if outside.any():
+        notes.append(f"{int(outside.sum())} markers lie before or after the EEG stream and are left out")
+    if lost := int((~placed & ~outside).sum()):
+        notes.append(f"{lost} markers lie where samples are missing and are left out")
+    if not said.all():
+        notes.append(f"{int((~said).sum())} markers without a text are left out")
 
 
 def _channels(stream: dict[str, Any]) -> list[dict[str, str]]:
@@ -141,16 +212,6 @@ def _channels(stream: dict[str, Any]) -> list[dict[str, str]]:
         channels = stream["info"]["desc"][0]["channels"][0]["channel"]
     except (KeyError, IndexError, TypeError):
         return []
-    return [{key: value[0] for key, value in one.items() if value and isinstance(value[0], str)} for one in channels]
-
-
-def _info(stream: dict[str, Any], key: str) -> str:
-    return str((stream["info"].get(key) or [""])[0] or "")
-
-
-def _rate(stream: dict[str, Any]) -> float:
-    return float(_info(stream, "nominal_srate") or 0)
-
-
-def _is_text(stream: dict[str, Any]) -> bool:
-    return _info(stream, "channel_format") == "string"
+    return [
+        {key: value[0] for key, value in one.items() if value and isinstance(value[0], str)} for one in channels if one
+    ]

@@ -1,0 +1,113 @@
+"""Which stream of an XDF file is the EEG, which are markers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+_EEG_TYPES = frozenset({"eeg", "exg"})
+_MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
+
+Stream = dict[str, Any]
+
+
+def info(stream: Stream, key: str) -> str:
+    """Return a field of a stream's header, empty where it has none."""
+    return str((stream["info"].get(key) or [""])[0] or "")
+
+
+def rate_of(stream: Stream) -> float:
+    """Return the nominal sampling rate in Hz, 0 for an irregular stream."""
+    return float(info(stream, "nominal_srate") or 0)
+
+
+def is_text(stream: Stream) -> bool:
+    """Return whether a stream carries text: markers, whatever it calls itself."""
+    return info(stream, "channel_format") == "string"
+
+
+def marker_streams(streams: list[Stream]) -> tuple[list[Stream], list[Stream]]:
+    """Return the streams that carry markers, and all others."""
+    marks, left = [], []
+    for stream in streams:
+        if is_text(stream) or (rate_of(stream) == 0 and info(stream, "type").lower() in _MARKER_TYPES):
+            marks.append(stream)
+        else:
+            left.append(stream)
+    return marks, left
+
+
+def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, list[str]]:
+    """Return the EEG stream and what is to be said of the choice.
+
+    Args:
+        streams: All of a file, in its order.
+        wanted: Its name, ``name#2`` for the second of that name, or its source id; empty to take the only one.
+        file: Name of the file, for messages.
+
+    Raises:
+        ConfigError: Several streams fit, or none; each is described.
+        DataError: There is none with samples.
+    """
+    signals = [s for s in streams if not is_text(s)]
+    if wanted:
+        return _wanted(signals, wanted, file), []
+    typed = [s for s in signals if info(s, "type").lower() in _EEG_TYPES]
+    full = [s for s in typed if len(s["time_stamps"]) > 1]
+    if typed and not full:
+        raise DataError(
+            f"{file}: the EEG stream has no samples: {_listed(typed)}",
+            cure="copy the file again, in case it is cut off",
+        )
+    notes = [f"stream {info(s, 'name')!r} of type EEG has no samples" for s in typed if s not in full]
+    if not typed:
+        full = [s for s in signals if rate_of(s) > 0 and len(s["time_stamps"]) > 1]
+        notes += [f"stream {info(s, 'name')!r} of type {info(s, 'type')!r} taken for the EEG" for s in full[:1]]
+    if not full:
+        raise DataError(
+            f"{file} holds no regularly sampled stream; it has {_listed(streams)}", cure="record the EEG stream too"
+        )
+    if len(full) > 1:
+        raise ConfigError(
+            f"{file} holds {len(full)} streams that may be the EEG: {_listed(full, among=signals)}",
+            cure=f"name one: acquire.stream = {_handle(full[0], signals)!r}",
+        )
+    return full[0], notes
+
+
+def _wanted(signals: list[Stream], wanted: str, file: str) -> Stream:
+    hits = [s for s in signals if wanted in (info(s, "name"), info(s, "source_id"), _handle(s, signals))]
+    if not hits:
+        names = [_handle(s, signals) for s in signals]
+        raise ConfigError(
+            f"{file} has no regular stream {wanted!r}{did_you_mean(wanted, names)}; it has "
+            f"{_listed(signals) or 'none'}",
+            cure="correct acquire.stream",
+        )
+    if len(hits) > 1:
+        raise ConfigError(
+            f"{file} has {len(hits)} streams that acquire.stream = {wanted!r} fits: {_listed(hits, among=signals)}",
+            cure=f"name one: acquire.stream = {_handle(hits[0], signals)!r}",
+        )
+    if len(hits[0]["time_stamps"]) < 2:
+        raise DataError(f"{file}: stream {wanted!r} has no samples", cure="name another: acquire.stream")
+    return hits[0]
+
+
+def _handle(stream: Stream, among: list[Stream]) -> str:
+    """Return a name that only this stream has: its own, with its number where others share it."""
+    name = info(stream, "name")
+    alike = [s for s in among if info(s, "name") == name]
+    number = next(i for i, s in enumerate(alike, start=1) if s is stream)
+    return name if len(alike) == 1 else f"{name}#{number}"
+
+
+def _listed(streams: list[Stream], *, among: list[Stream] | None = None) -> str:
+    return ", ".join(f"{_handle(s, among or streams)} ({_about(s)})" for s in streams)
+
+
+def _about(stream: Stream) -> str:
+    facts = [info(stream, "type"), f"{info(stream, 'channel_count')} channels", f"{rate_of(stream):g} Hz"]
+    facts += [f"{key.replace('_', ' ')} {info(stream, key)}" for key in ("source_id", "hostname") if info(stream, key)]
+    return ", ".join([*filter(None, facts), f"{len(stream['time_stamps'])} samples"])

@@ -1,0 +1,73 @@
+"""Time in a stream of samples: where some are missing, how fast they came, and when each was taken.
+
+Stamps of a stream are when samples were sent or arrived, so each is late by chance. Samples within a segment are taken
+to come at a steady rate, as pyxdf does; but pyxdf looks over gaps below 500 samples, whatever the rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+_LEAST_GAP_S = 0.05
+_LEAST_GAP_SAMPLES = 5
+_AROUND_S = 2.0
+
+
+def segments(stamps: np.ndarray, rate: float) -> list[tuple[int, int]]:
+    """Return (first sample, one past the last) of the stretches between which samples are missing.
+
+    A sample that is only late is followed by others that are not; after a gap all come later. So a jump counts where
+    the earliest arrival after it, against a steady clock, lies behind the earliest one before it.
+
+    Args:
+        stamps: ndarray, shape (n_samples,), s.
+        rate: Nominal sampling rate, in Hz.
+    """
+    period = _period(stamps, rate)
+    late = stamps - np.arange(len(stamps)) * period
+    least = max(_LEAST_GAP_S, _LEAST_GAP_SAMPLES * period)
+    around = max(int(_AROUND_S / period), 2)
+    starts = [0]
+    for at in np.flatnonzero(np.abs(np.diff(late)) > least) + 1:
+        before, after = late[max(at - around, starts[-1]) : at], late[at : at + around]
+        if abs(after.min() - before.min()) > least:
+            starts.append(int(at))
+    return list(zip(starts, [*starts[1:], len(stamps)], strict=True))
+
+
+def steady(stamps: np.ndarray, parts: list[tuple[int, int]]) -> tuple[np.ndarray, float]:
+    """Return the time of each sample at a steady rate within each segment, and the measured rate over all, in Hz.
+
+    The rate is 0 where no segment has two samples at different times.
+    """
+    times = stamps.copy()
+    periods = duration = 0.0
+    for start, stop in parts:
+        if stop - start < 2:
+            continue
+        index = np.arange(stop - start)
+        slope, offset = np.polyfit(index, stamps[start:stop], 1)
+        times[start:stop] = offset + slope * index
+        periods += stop - start - 1
+        duration += slope * (stop - start - 1)
+    return times, periods / duration if duration > 0 else 0.0
+
+
+def samples_at(times: np.ndarray, parts: list[tuple[int, int]], when: np.ndarray, period: float) -> np.ndarray:
+    """Return the place among the samples of each moment, in samples and their fractions; NaN where none was taken.
+
+    A moment up to a sample before or after a segment belongs to it.
+    """
+    places = np.full(len(when), np.nan)
+    for start, stop in parts:
+        inside = (when >= times[start] - period) & (when <= times[stop - 1] + period) & np.isnan(places)
+        places[inside] = np.interp(when[inside], times[start:stop], np.arange(start, stop))
+    return places
+
+
+def _period(stamps: np.ndarray, rate: float) -> float:
+    """Return the time from sample to sample: the middle one of long stretches, so that a gap does not count."""
+    stretch = int(min(10 * rate, len(stamps) // 4))
+    if stretch < 1:
+        return 1 / rate
+    return float(np.median(stamps[stretch:] - stamps[:-stretch])) / stretch or 1 / rate
