@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
@@ -57,31 +58,95 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
 
 
 def recording_files(pattern: str, subject: str) -> dict[str, Path]:
-    """Return label -> file of a recording and its companions (BrainVision's data and markers, EEGLAB's ``.fdt``,
-    the parts of a split FIF); ``{subject}`` in the pattern stands for the subject.
+    """Return label -> file of a subject's recordings and their companions (BrainVision's data and markers, EEGLAB's
+    ``.fdt``, the parts of a split FIF).
 
-    The recording itself has the label ``recording``.
+    The recordings themselves have the labels ``recording``, ``recording 2`` …, in the order of their names, numbers in
+    them by value.
+
+    Args:
+        pattern: ``{subject}`` stands for the subject, ``*`` and ``?`` for any characters, but for those that would
+            make the subject's name longer.
+        subject: Its name.
 
     Raises:
         ConfigError: No path is configured, or its format is not among those that can be read.
-        DataError: The file is missing; the message names the subjects that are there.
+        DataError: There is no such file; the message names the subjects that are there. A link has lost its file.
     """
     path = _root(pattern.replace(SUBJECT, subject))
     if not path.name.lower().endswith(READABLE):
         what = "is a folder" if path.is_dir() else f"has the ending {path.suffix or '(none)'!r}"
         raise ConfigError(
             f"acquire.path: {path.name} {what}; recordings that can be read: {', '.join(READABLE)}",
-            cure="name the recording's header file, with {subject} where the subjects' paths differ",
+            cure=_instead(path, subject),
         )
     refuse_broken_link(path)
-    if not path.is_file():
+    found = [path] if path.is_file() else _matches(pattern, subject)
+    if not found:
         have = _subjects(pattern)
         here = f"subjects found: {_span(have)}" if SUBJECT in pattern else f"{path.parent} holds {_siblings(path)}"
         raise DataError(
             f"the recording {path} of {subject} does not exist{did_you_mean(subject, have)}; {here}",
             cure="correct acquire.path, or name a subject that is there",
         )
-    return _whole({"recording": path} | companions(path) | describing_files(path))
+    files: dict[str, Path] = {}
+    for number, one in enumerate(found, start=1):
+        mark = "" if number == 1 else f" {number}"
+        others = companions(one) | describing_files(one)
+        files |= {f"recording{mark}": one} | {f"{label}{mark}": file for label, file in others.items()}
+    return _whole(files)
+
+
+def recordings(files: dict[str, Path]) -> list[Path]:
+    """Return the recordings themselves among a subject's files, in their order."""
+    return [path for label, path in files.items() if re.fullmatch(r"recording( \d+)?", label)]
+
+
+def _instead(path: Path, subject: str) -> str:
+    """Return what to write for a folder: the recordings of the subject that lie in it."""
+    if path.is_dir():
+        inside = (f"sub-{subject}", subject, ".")
+        under = (p for name in inside for p in sorted((path / name).rglob("*")) if (path / name).is_dir())
+        hit = next((p for p in under if p.name.lower().endswith(READABLE) and is_there(p)), None)
+        if hit is not None:
+            # In sub-01_run-01 only the first is the subject.
+            label = f"sub-{subject}" if f"sub-{subject}" in str(hit) else subject
+            named = str(hit).replace(label, label.replace(subject, SUBJECT))
+            return f"name a file, such as acquire.path = {named!r} (several runs: * in place of what differs)"
+    return "name the recording's header file, with {subject} where the subjects' paths differ"
+
+
+def _matches(pattern: str, subject: str) -> list[Path]:
+    """Return the files that a pattern with ``*`` or ``?`` fits, in the order of their names."""
+    if not re.search(r"[*?]", pattern):
+        return []
+    shape = re.compile(_shape(pattern, re.escape(subject)))
+    hits = [path for path in _candidates(pattern, subject) if shape.fullmatch(str(path)) and is_there(path)]
+    # A pattern may also fit the later parts of a split file.
+    parts = {part for path in hits for part in companions(path).values() if path.is_file()}
+    return sorted((path for path in hits if path not in parts), key=_by_numbers)
+
+
+def _candidates(pattern: str, subject: str) -> Iterator[Path]:
+    """Yield the paths that a pattern may fit; every subject where ``subject`` is ``*``."""
+    parts = Path(pattern).expanduser().parts
+    first = next((i for i, part in enumerate(parts) if re.search(r"[*?]", part) or SUBJECT in part), len(parts) - 1)
+    named = (part.replace("[", "[[]").replace(SUBJECT, subject) for part in parts[first:])
+    return Path(*parts[:first]).glob("/".join(named))
+
+
+def _shape(pattern: str, subject: str) -> str:
+    """Return the pattern as a regular expression, with that expression for the subject."""
+    # After a subject, a * stands for no letter or digit: S1* is not S10.
+    ends = re.escape(SUBJECT) + r"\*"
+    text = re.escape(str(Path(pattern).expanduser())).replace(ends, re.escape(SUBJECT) + "(?![^\\W_])" + r"\*")
+    text = text.replace(r"\*", "[^/]*").replace(r"\?", "[^/]")
+    return text.replace(re.escape(SUBJECT), subject)
+
+
+def _by_numbers(path: Path) -> list[tuple[int, str]]:
+    """Sort run 10 behind run 9."""
+    return [(int(piece), "") if piece.isdigit() else (-1, piece) for piece in re.split(r"(\d+)", str(path)) if piece]
 
 
 def _whole(files: dict[str, Path]) -> dict[str, Path]:
@@ -113,14 +178,11 @@ def _subjects(pattern: str) -> list[str]:
     """Return the subjects for which a file of the pattern exists."""
     if SUBJECT not in pattern:
         return []
-    path = Path(pattern).expanduser()
-    first = next(i for i, part in enumerate(path.parts) if SUBJECT in part)
-    base = Path(*path.parts[:first])
-    glob = "/".join(part.replace(SUBJECT, "*") for part in path.parts[first:])
     # The same subject may stand in the path several times: a backreference asks that they agree.
-    before, *rest = (re.escape(piece) for piece in str(path).split(SUBJECT))
-    shape = re.compile(before + "(?P<subject>[^/]+)" + "(?P=subject)".join(rest))
-    hits = (shape.fullmatch(str(p)) for p in base.glob(glob))
+    text = _shape(pattern, "(?P<subject>[^/]+)")
+    first, mark, rest = text.partition("(?P<subject>[^/]+)")
+    shape = re.compile(first + mark + rest.replace(mark, "(?P=subject)"))
+    hits = (shape.fullmatch(str(p)) for p in _candidates(pattern, "*"))
     return sorted({hit["subject"] for hit in hits if hit})
 
 

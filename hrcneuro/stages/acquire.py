@@ -45,7 +45,10 @@ class Config:
         choices=("dataset", "file", "semisynthetic", "synthetic"),
     )
     path: str = option(
-        "", "data folder (dataset, semisynthetic), or recording with {subject} in it", path=True, keyed=False
+        "",
+        "data folder (dataset, semisynthetic), or recording with {subject} in it; several that fit * are joined",
+        path=True,
+        keyed=False,
     )
     sfreq: float = option(
         published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000
@@ -182,12 +185,10 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
         _shape(config, signals)
         signals.origins = origin.vouched(signals.origins, config.recorded)
         return signals, study_trials(moves, unit, signals.sfreq), None
-    from hrcneuro.sources.events import select_events
-    from hrcneuro.sources.formats import read_recording
-
-    signals = read_recording(layout.recording_files(config.path, unit)["recording"], **_xdf(config))
+    files = layout.recording_files(config.path, unit)
+    signals = _recorded(config, files)
     _shape(config, signals)
-    events, notes = select_events(signals.markers, config.event_map)
+    events, notes = _events(config, signals, files)
     signals.notes += notes
     signals.origins = origin.vouched(signals.origins, config.recorded)
     return signals, event_trials(events, unit, signals.sfreq), None
@@ -201,8 +202,20 @@ def _simulated_origins(config: Config, unit: str) -> origin.Origins:
     return origin.vouched(known, config.recorded)
 
 
-def _xdf(config: Config) -> dict[str, Any]:
-    return {name: getattr(config, name) for name in ("stream", "stream_rate", "rate_tolerance")}
+def _recorded(config: Config, files: dict[str, Path]) -> Recording:
+    from hrcneuro.sources.joining import read_joined
+
+    xdf = {name: getattr(config, name) for name in ("stream", "stream_rate", "rate_tolerance")}
+    return read_joined(layout.recordings(files), **xdf)
+
+
+def _events(config: Config, signals: Recording, files: dict[str, Path]) -> tuple[pd.DataFrame, list[str]]:
+    from hrcneuro.sources.events import select_events
+    from hrcneuro.sources.sidecars import refuse_events_elsewhere
+
+    if signals.markers.empty:
+        refuse_events_elsewhere(files["recording"])
+    return select_events(signals.markers, config.event_map)
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -249,14 +262,12 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["log"] = inspection.view_log(_moves(config, unit))
         return
     from hrcneuro.sources import dataset
-    from hrcneuro.sources.events import select_events
-    from hrcneuro.sources.formats import read_recording
     from hrcneuro.sources.matching import match_onsets
     from hrcneuro.sources.recording import check_signals
 
     study = config.source == "dataset"
     files = sources(config, unit)
-    signals = read_recording(files["set" if study else "recording"], **_xdf(config))
+    signals = dataset.read_eeg(config.path, unit) if study else _recorded(config, files)
     view["recording"] = inspection.view_recording(signals)
     inspection.attempt(view, lambda: _shape(config, signals))
     inspection.attempt(view, lambda: check_signals(signals))
@@ -266,7 +277,7 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["log"] = inspection.view_log(log)
         view["notes"] = match_onsets(signals.markers, log, event=config.onset_event, subject=unit).notes
     else:
-        view["notes"] = select_events(signals.markers, config.event_map)[1]
+        view["notes"] = _events(config, signals, files)[1]
 
 
 def _reference(config: Config) -> str:
