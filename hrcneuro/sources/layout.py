@@ -9,7 +9,7 @@ from pathlib import Path
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.sources.formats import READABLE
 from hrcneuro.sources.formats.companions import companions
-from hrcneuro.sources.formats.named import is_there
+from hrcneuro.sources.formats.named import find_path, is_there
 from hrcneuro.sources.formats.statements import describing_files
 from hrcneuro.sources.pointers import refuse_broken_link
 
@@ -162,7 +162,7 @@ def _root(path: str) -> Path:
             "acquire.path is empty; the source needs to know where its files lie",
             cure='--set acquire.path=PATH, or path = "…" under [acquire]',
         )
-    return Path(path).expanduser()
+    return find_path(Path(path).expanduser())
 
 
 def _missing(label: str) -> str:

@@ -137,7 +137,9 @@ def study(tmp_path: Path, moves: Callable[[int], pd.DataFrame]) -> Callable[...,
 
 
 def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
-    """Write an XDF 1.0 file. A stream: name, type, srate, format, labels, units, types, stamps, samples."""
+    """Write an XDF 1.0 file. A stream: name, type, srate, format, labels, units, types, stamps, samples; source_id;
+    counted, the samples that its footer counts, None for no footer.
+    """
     chunks = [_chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>")]
     for number, stream in enumerate(streams, start=1):
         number_bytes = struct.pack("<I", number)
@@ -147,11 +149,13 @@ def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
             for stamp, value in zip(stream["stamps"], stream["samples"], strict=True)
         )
         count = b"\x04" + struct.pack("<I", len(stream["stamps"]))
-        chunks.append(_chunk(3, number_bytes + count + body))
-        clocks = [struct.pack("<dd", stream["stamps"][i], stream.get("offset", 0.0)) for i in (0, -1)]
+        chunks += [_chunk(3, number_bytes + count + body)] if body else []
+        ends = (stream["stamps"][0], stream["stamps"][-1]) if len(stream["stamps"]) else ()
+        clocks = [struct.pack("<dd", stamp, stream.get("offset", 0.0)) for stamp in ends]
         chunks += [_chunk(4, number_bytes + clock) for clock in clocks]
-        footer = f"<?xml version='1.0'?><info><sample_count>{len(stream['stamps'])}</sample_count></info>"
-        chunks += [_chunk(6, number_bytes + footer.encode())] if stream.get("footer", True) else []
+        total = stream.get("counted", len(stream["stamps"]))
+        footer = f"<?xml version='1.0'?><info><sample_count>{total}</sample_count></info>"
+        chunks += [] if total is None else [_chunk(6, number_bytes + footer.encode())]
     path.write_bytes(b"XDF:" + b"".join(chunks))
     return path
 
@@ -183,7 +187,8 @@ def _stream_header(stream: dict) -> str:
     return (
         f"<?xml version='1.0'?><info><name>{stream['name']}</name><type>{stream['type']}</type>"
         f"<channel_count>{count}</channel_count><nominal_srate>{stream['srate']}</nominal_srate>"
-        f"<channel_format>{stream['format']}</channel_format><created_at>1</created_at>{desc}</info>"
+        f"<channel_format>{stream['format']}</channel_format><created_at>1</created_at>"
+        f"<source_id>{stream.get('source_id', '')}</source_id>{desc}</info>"
     )
 
 

@@ -27,6 +27,20 @@ def find_named(folder: Path, name: str) -> Path | None:
     return alike[0] if len(alike) == 1 and is_there(alike[0]) else None
 
 
+def find_path(path: Path) -> Path:
+    """Return the path as the disk spells it, where only accents are written in another way; else as it is."""
+    if path.exists() or path.is_symlink():
+        return path
+    found = Path(path.parts[0]) if path.is_absolute() else Path()
+    for part in path.parts[1:] if path.is_absolute() else path.parts:
+        here = found / part
+        if not here.exists() and not here.is_symlink():
+            alike = (p for p in (found.iterdir() if found.is_dir() else ()) if _composed(p.name) == _composed(part))
+            here = next(alike, here)
+        found = here
+    return found if found.exists() or found.is_symlink() else path
+
+
 def is_there(path: Path) -> bool:
     """Return whether there is such a file, or a link that should lead to one."""
     return path.is_file() or (path.is_symlink() and not path.exists())
@@ -39,4 +53,8 @@ def _plain(name: str) -> str:
     except UnicodeDecodeError:
         # Unpacked from an archive that was made on Windows.
         text = raw.decode("cp1252", errors="replace")
-    return unicodedata.normalize("NFC", text).casefold()
+    return _composed(text).casefold()
+
+
+def _composed(name: str) -> str:
+    return unicodedata.normalize("NFC", name)

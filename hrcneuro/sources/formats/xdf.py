@@ -56,7 +56,7 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     recording.breaks_s = [start / sfreq for start, _ in parts[1:]]
     if len(parts) > 1:
         gaps = [float(times[start] - times[start - 1]) for start, _ in parts[1:]]
-        notes.append(f"samples are missing at {len(gaps)} places, {sum(gaps):.1f} s in all, {max(gaps):.1f} s at most")
+        notes.append(f"gaps without samples: {len(gaps)}, {sum(gaps):.1f} s in all, {max(gaps):.1f} s at most")
     marks, left = marker_streams([s for s in streams if s is not eeg])
     _place(recording, marks, times, parts, notes)
     notes.append("marker streams: " + (", ".join(info(s, "name") for s in marks) or "none"))

@@ -1,0 +1,184 @@
+"""XDF files: clocks, gaps, rates, streams that share a name, files that were not finished."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources.formats import read_recording
+from hrcneuro.sources.formats.xdf_time import samples_at, segments, steady
+from hrcneuro.sources.units import voltage_unit
+
+SHARED = Path(__file__).parents[2] / "../shared/data/recordings/xdf"
+
+
+@pytest.fixture
+def eeg(noise_uv):
+    def stream(samples: int = 1000, *, srate: float = 100.0, true_hz: float = 0.0, start: float = 50.0, **more) -> dict:
+        return {
+            "name": "amp", "type": "EEG", "srate": srate, "format": "float32", "labels": ["Fz", "Cz"],
+            "stamps": start + np.arange(samples) / (true_hz or srate), "samples": noise_uv(2, samples).T, **more,
+        }  # fmt: skip
+
+    return stream
+
+
+def markers(stamps: list[float], texts: list, **more) -> dict:
+    return {
+        "name": "tags", "type": "Markers", "srate": 0, "format": "string", "stamps": stamps, "samples": texts, **more,
+    }  # fmt: skip
+
+
+def onsets(recording) -> dict[str, float]:
+    table = recording.markers
+    return dict(zip(table["event"], table["onset_s"].round(6), strict=True))
+
+
+@pytest.mark.parametrize("gap_s", [0.1, 0.9, 4.0])
+def test_a_gap_of_any_length_is_a_break(tmp_path, write_xdf, eeg, gap_s):
+    stream = eeg()
+    stream["stamps"][400:] += gap_s
+    marks = markers([52.0, 54.0 + gap_s / 2, 56.0 + gap_s], ["before", "within", "after"])
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, marks]))
+    assert recording.breaks_s == [4.0]
+    assert onsets(recording) == {"before": 2.0, "after": 6.0}
+    assert "1 markers lie where samples are missing and are left out" in recording.notes
+    length = f"{gap_s + 0.01:.1f}"
+    assert f"gaps without samples: 1, {length} s in all, {length} s at most" in recording.notes
+
+
+def test_samples_that_come_late_and_in_bursts_are_no_gap():
+    """A radio that sends 20 samples at once, and stalls for half a second now and then, loses nothing."""
+    rng = np.random.default_rng(4)
+    sent = np.arange(6000) / 200.0
+    arrived = sent + 0.02 + rng.exponential(0.004, 6000)
+    for stall in range(500, 6000, 700):
+        arrived[stall : stall + 100] = np.maximum(arrived[stall : stall + 100], arrived[stall] + 0.5)
+    assert segments(np.maximum.accumulate(arrived), 200.0) == [(0, 6000)]
+    lost = np.delete(arrived, np.arange(3000, 3020))
+    assert segments(lost, 200.0) == [(0, 3000), (3000, 5980)]
+
+
+def test_the_rate_is_measured_within_segments():
+    stamps = np.concatenate([np.arange(500) / 99.0, 100 + np.arange(500) / 99.0])
+    parts = segments(stamps, 100.0)
+    assert parts == [(0, 500), (500, 1000)]
+    times, rate = steady(stamps, parts)
+    assert rate == pytest.approx(99.0)
+    np.testing.assert_allclose(times, stamps, atol=1e-9)
+    places = samples_at(times, parts, np.array([1.0, 50.0, 101.0]), 0.01)
+    np.testing.assert_allclose(places, [99.0, np.nan, 599.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("true_hz", [93.0, 107.0])
+def test_a_rate_that_is_not_as_stated_is_refused_or_measured(tmp_path, write_xdf, eeg, true_hz):
+    path = write_xdf(tmp_path / "r.xdf", [eeg(true_hz=true_hz), markers([55.0], ["a"])])
+    with pytest.raises(DataError, match=rf"states 100 Hz and came at {true_hz:.3f} Hz, 7\.0 % off") as caught:
+        read_recording(path)
+    assert "acquire.stream_rate = 'measured'" in caught.value.cure
+    recording = read_recording(path, stream_rate="measured")
+    assert recording.sfreq == pytest.approx(true_hz)
+    assert onsets(recording) == {"a": 5.0}
+    assert read_recording(path, rate_tolerance=0.08).sfreq == 100
+
+
+def test_a_rate_that_is_nearly_as_stated_is_noted(tmp_path, write_xdf, eeg):
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [eeg(true_hz=100.2), markers([55.0], ["a"])]))
+    assert recording.sfreq == 100
+    assert "stream 'amp': 1000 samples at 100 Hz (nominal 100, measured 100.200 Hz)" in recording.notes
+
+
+def test_a_stream_that_states_no_rate(tmp_path, write_xdf, eeg):
+    stream = eeg() | {"srate": 0.0}
+    path = write_xdf(tmp_path / "r.xdf", [stream, markers([55.0], ["a"])])
+    with pytest.raises(DataError, match=r"states no sampling rate; measured 100\.000 Hz"):
+        read_recording(path)
+    assert read_recording(path, stream_rate="measured").sfreq == pytest.approx(100)
+
+
+def test_streams_of_one_name_are_told_apart(tmp_path, write_xdf, eeg):
+    streams = [eeg(source_id="amp-17"), eeg(source_id="amp-18", samples=800), markers([51.0], ["a"])]
+    path = write_xdf(tmp_path / "r.xdf", streams)
+    with pytest.raises(
+        ConfigError, match=r"amp#1 \(.*amp-17.*1000 samples\), amp#2 \(.*amp-18.*800 samples\)"
+    ) as caught:
+        read_recording(path)
+    assert "acquire.stream = 'amp#1'" in caught.value.cure
+    with pytest.raises(ConfigError, match=r"2 streams that acquire\.stream = 'amp' fits"):
+        read_recording(path, stream="amp")
+    for stream in ("amp#2", "amp-18"):
+        assert read_recording(path, stream=stream).data.shape == (2, 800)
+
+
+def test_a_file_that_lost_samples_is_refused_and_one_without_an_end_noted(tmp_path, write_xdf, eeg):
+    path = write_xdf(tmp_path / "r.xdf", [eeg(counted=1200), markers([51.0], ["a"])])
+    with pytest.raises(DataError, match="stream 'amp' holds 1000 of 1200 samples"):
+        read_recording(path)
+    path = write_xdf(tmp_path / "r.xdf", [eeg(counted=None), markers([51.0], ["a"])])
+    assert any("no end mark" in note and "truncated" in note for note in read_recording(path).notes)
+
+
+def test_an_eeg_stream_without_samples_is_not_replaced_by_another(tmp_path, write_xdf, eeg):
+    empty = eeg(0) | {"counted": 0}
+    path = write_xdf(tmp_path / "r.xdf", [empty, eeg(name="gyro", type="Motion"), markers([51.0], ["a"])])
+    with pytest.raises(DataError, match=r"the EEG stream has no samples: amp \(EEG, 2 channels, 100 Hz, 0 samples\)"):
+        read_recording(path)
+
+
+def test_a_lone_stream_of_another_type_is_taken_and_said(tmp_path, write_xdf, eeg):
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [eeg(type="signal"), markers([51.0], ["a"])]))
+    assert "stream 'amp' of type 'signal' taken for the EEG" in recording.notes
+
+
+@pytest.mark.parametrize("kind", ["Markers", "Triggers", "Event"])
+def test_markers_that_are_numbers(tmp_path, write_xdf, eeg, kind):
+    marks = markers([51.0, 52.0], [7, 9], type=kind, format="int32")
+    other = markers([51.5], [1.5], type="Gaze", format="float32", name="eye")
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [eeg(), marks, other]))
+    assert onsets(recording) == {"7": 1.0, "9": 2.0}
+    assert "streams of other kinds, not read: eye" in recording.notes
+
+
+def test_a_marker_without_a_text_is_none(tmp_path, write_xdf, eeg):
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [eeg(), markers([51.0, 52.0], ["", "go"])]))
+    assert onsets(recording) == {"go": 2.0}
+    assert "1 markers without a text are left out" in recording.notes
+
+
+def test_types_and_units_of_channels(tmp_path, write_xdf, eeg):
+    stream = eeg(labels=["Fz", "Belt"], types=["EEG", "Respiration"], units=["counts", "a.u."])
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"])]))
+    assert recording.ch_types == ["eeg", "misc"]
+    assert any("Fz: unit 'counts' is no voltage, taken for microvolts" in note for note in recording.notes)
+    np.testing.assert_allclose(recording.data[0] * 1e6, stream["samples"][:, 0], rtol=1e-6)
+    stream = eeg(units=["millivolts", "-6"])
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"])]))
+    np.testing.assert_allclose(recording.data.T, stream["samples"] * [1e-3, 1e-6], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("µV", "uV"), ("μV", "uV"), ("ÂµV", "uV"), ("Î¼V", "uV"), ("\ufffdV", "uV"), ("uv", "uV"), (" µV ", "uV"),
+        ("Microvolts", "uV"), ("mV", "mV"), ("nV", "nV"), ("Volt", "V"), ("-6", "uV"),
+        ("C", None), ("°C", None), ("µS", None), ("%", None), ("", None), ("a.u.", None),
+    ],
+)  # fmt: skip
+def test_units_of_voltage(text, unit):
+    assert voltage_unit(text) == unit
+
+
+def test_the_format_s_own_examples():
+    """What the examples of the format's maintainers must give, as their descriptions have it."""
+    if not SHARED.is_dir():
+        pytest.skip("the format's examples are not here (shared/data)")
+    minimal = read_recording(SHARED / "minimal.xdf")
+    assert (minimal.data.shape, minimal.sfreq, len(minimal.markers)) == ((3, 9), 10, 9)
+    with pytest.raises(DataError, match=r"states 100 Hz and came at 92\.934 Hz"):
+        read_recording(SHARED / "clock_resets.xdf")
+    resets = read_recording(SHARED / "clock_resets.xdf", stream_rate="measured")
+    assert len(resets.breaks_s) == 1
+    assert len(resets.markers) == 175
