@@ -166,7 +166,7 @@ def test_contradictions_are_named(change, message):
 SET = {
     "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
-    "recorded": True, "reference": "left earlobe", "stream": "amp",
+    "recorded": True, "reference": "left earlobe", "stream": "amp", "stream_rate": "measured", "rate_tolerance": 0.05,
 }  # fmt: skip
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
@@ -190,7 +190,7 @@ def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_i
 def test_a_recording_from_a_file_takes_its_options():
     theirs = {name: value for name, value in SET.items() if name != "onset_event"}
     assert acquire.check(acquire.Config(source="file", **theirs)) == []
-    theirs = {name: value for name, value in SET.items() if name not in ("event_map", "stream")}
+    theirs = {name: value for name, value in SET.items() if acquire._SOURCES.get(name) != ("file",)}
     assert acquire.check(acquire.Config(source="dataset", **theirs)) == []
 
 
