@@ -92,13 +92,9 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
     files: dict[str, Path] = {}
     for number, one in enumerate(found, start=1):
         mark = "" if number == 1 else f" {number}"
-        files |= {f"recording{mark}": one} | {f"{label}{mark}": file for label, file in _beside(one).items()}
+        others = companions(one) | describing_files(one)
+        files |= {f"recording{mark}": one} | {f"{label}{mark}": file for label, file in others.items()}
     return _whole(files)
-
-
-def _beside(path: Path) -> dict[str, Path]:
-    """Return label -> file that is read beside a recording."""
-    return companions(path) | describing_files(path)
 
 
 def recordings(files: dict[str, Path]) -> list[Path]:

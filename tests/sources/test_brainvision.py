@@ -144,7 +144,16 @@ def test_a_new_segment_is_a_break_and_events_after_it_keep_their_place(tmp_path)
     recording = read_recording(write(tmp_path, marks=marks))
     assert recording.breaks_s == [2.0]
     assert recording.markers["onset_s"].tolist() == [2.4]
-    assert recording.spans == [(pytest.approx(0.4), pytest.approx(0.2), "Bad Interval/Userdefined")]
+    assert recording.spans == [(0.4, 0.2, "Bad Interval/Userdefined")]
+
+
+def test_every_line_of_a_marker_file_counts_even_where_numbers_repeat(tmp_path):
+    path = write(tmp_path)
+    markers = tmp_path / "rec.vmrk"
+    markers.write_bytes(markers.read_bytes() + b"Mk2=Stimulus,S  9,501,1,0\r\nMk3=Comment,eyes, open,601,1,0\r\n")
+    recording = read_recording(path)
+    assert recording.markers["event"].tolist() == ["Stimulus/S  1", "Stimulus/S  9"]
+    assert recording.notes == ["rec.vmrk: 1 lines that are no markers"]
 
 
 def test_a_truncated_data_file(tmp_path):

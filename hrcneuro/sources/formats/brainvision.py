@@ -235,7 +235,7 @@ def _mark(raw: mne.io.BaseRaw, path: Path, sections: Sections, files: text.Files
     notes += _which_markers(files)
     if files.markers is None:
         return
-    marks, lost = text.read_markers(text.read_sections(files.markers))
+    marks, lost = text.read_markers(files.markers)
     if lost:
         notes.append(f"{files.markers.name}: {lost} lines that are no markers")
     sfreq, samples = float(raw.info["sfreq"]), len(raw.times)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,22 +36,37 @@ class Files:
 
 
 def read_sections(path: Path) -> dict[str, dict[str, str]]:
-    """Return section -> key -> value of a header or marker file, names of sections and keys in small letters.
+    """Return section -> key -> value of a header, names of sections and keys in small letters; the first of equal keys.
 
     The comment section at the end, which has no keys, is left out.
     """
     sections: dict[str, dict[str, str]] = {}
-    current: dict[str, str] = {}
+    for section, key, value in _entries(path):
+        sections.setdefault(section, {}).setdefault(key, value)
+    return sections
+
+
+def read_markers(path: Path) -> tuple[list[Marker], int]:
+    """Return the markers of a marker file in its order, and how many lines cannot be understood.
+
+    Numbers of markers may repeat, as where files were joined by hand.
+    """
+    lines = [v for section, key, v in _entries(path) if section == "marker infos" and re.fullmatch(r"mk\d+", key)]
+    markers = [one for line in lines if (one := _marker(line)) is not None]
+    return markers, len(lines) - len(markers)
+
+
+def _entries(path: Path) -> Iterator[tuple[str, str, str]]:
+    """Yield section, key and value of each line that has a key."""
+    section = ""
     for line in re.split(r"\r\n|\r|\n", decode(path.read_bytes())):
         if heading := re.fullmatch(r"\s*\[([^\]]+)\]\s*", line):
-            name = heading[1].strip().lower()
-            if name == "comment":
-                break
-            current = sections.setdefault(name, {})
+            section = heading[1].strip().lower()
+            if section == "comment":
+                return
         elif "=" in line and not line.lstrip().startswith(";"):
             key, _, value = line.partition("=")
-            current.setdefault(key.strip().lower(), value.strip())
-    return sections
+            yield section, key.strip().lower(), value.strip()
 
 
 def decode(raw: bytes) -> str:
@@ -85,13 +100,6 @@ def named_files(path: Path, sections: Mapping[str, Mapping[str, str]]) -> Files:
     markers = named or (own if marker_name else None)
     spare = own if own is not None and named is not None and not _same(own, named) else None
     return Files(data_name, find_named(path.parent, data_name), marker_name, markers, spare)
-
-
-def read_markers(sections: Mapping[str, Mapping[str, str]]) -> tuple[list[Marker], int]:
-    """Return the markers in the file's order, and how many lines cannot be understood."""
-    lines = [v for k, v in sections.get("marker infos", {}).items() if re.fullmatch(r"mk\d+", k)]
-    markers = [one for line in lines if (one := _marker(line)) is not None]
-    return markers, len(lines) - len(markers)
 
 
 def _marker(line: str) -> Marker | None:

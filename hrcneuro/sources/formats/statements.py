@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.sources.formats.brainvision_text import decode
+
 # A stream's description stands at the beginning of an XDF file, before its samples.
 _XDF_BYTES = 4_000_000
 # Patient and recording of EDF and BDF: eighty letters each, after eight of the version.
@@ -88,12 +90,13 @@ def _xdf(path: Path) -> str:
         return bytes(file.read(_XDF_BYTES)).decode("latin-1")
 
 
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8", errors="replace")
+def _header(path: Path) -> str:
+    return decode(path.read_bytes())
 
 
 _IN_FILE = {
-    ".vhdr": _text,
+    ".vhdr": _header,
+    ".ahdr": _header,
     ".set": set_comments,
     ".fif": _fif,
     ".fif.gz": _fif,
