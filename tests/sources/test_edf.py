@@ -123,6 +123,17 @@ def test_rates_that_differ_are_brought_together_within_each_piece(tmp_path):
     assert not any("edge artifacts" in note for note in recording.notes)
 
 
+@pytest.mark.parametrize("unit", ["uV", "\u00b5V", "uv", "UV", "microV"])
+def test_a_microvolt_is_one_in_any_spelling(uv, tmp_path, unit):
+    recording = read_recording(save_edf(tmp_path / "u.edf", [("Cz", unit, uv)]))
+    np.testing.assert_allclose(recording.data[0] * 1e6, uv.ravel(), atol=1e-9)
+
+
+def test_nanovolts_are_no_volts(uv, tmp_path):
+    recording = read_recording(save_edf(tmp_path / "n.edf", [("Cz", "nV", uv)]))
+    np.testing.assert_allclose(recording.data[0] * 1e9, uv.ravel(), atol=1e-9)
+
+
 @pytest.mark.parametrize("ending", ["edf", "bdf"])
 @pytest.mark.parametrize(
     ("announced", "message"),

@@ -13,15 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import biosemi, edf_annotations
 from hrcneuro.sources.formats.edf_header import Header, check_size, read_header
 from hrcneuro.sources.formats.pieces import Pieces
 from hrcneuro.sources.formats.reading import read_raw, sort_marks
 from hrcneuro.sources.labels import kind_of
 from hrcneuro.sources.recording import Recording
+from hrcneuro.sources.units import voltage_unit
 
 if TYPE_CHECKING:
     import mne
+
+_OF_MNE = ("uV", "\u00b5V", "\u03bcV", "mV", "V")
 
 
 def read(path: Path) -> Recording:
@@ -58,10 +62,21 @@ def _finish(raw: mne.io.BaseRaw, recording: Recording, header: Header, path: Pat
         scale = each * len(records) / len(status)
         pieces = _with_pauses(pieces, [int(at * scale) for at in biosemi.breaks(status)], recording)
     _mixed_rates(raw, recording, header, pieces)
+    _rare_units(recording, header)
     sort_marks(recording, marks, pieces)
     _trigger_channels(recording, header, records, status)
     if status is not None:
         _tell_status(recording, status)
+
+
+def _rare_units(recording: Recording, header: Header) -> None:
+    """Scale channels whose unit is a voltage in a spelling that MNE takes for volts: ``uv``, ``microV``, ``nV``."""
+    for row, signal in enumerate(header.signals):
+        unit = header.units[signal]
+        known = voltage_unit(unit)
+        if known and unit not in _OF_MNE:
+            recording.data[row] *= VOLTS[known]
+            recording.units[row] = known
 
 
 def _mixed_rates(raw: mne.io.BaseRaw, recording: Recording, header: Header, pieces: Pieces) -> None:

@@ -27,7 +27,7 @@ class Header:
         size: Bytes of the header.
         announced: Records that the header announces, −1 where it does not know.
         record_s: Duration of a record, in s.
-        labels, counts: Each signal's label and samples a record, annotations among them.
+        labels, units, counts: Each signal's label, unit and samples a record, annotations among them.
         ranges: Each signal's physical minimum and maximum, digital minimum and maximum.
         width: Bytes a sample.
         found, rest: Whole records that the file holds, and the bytes after them.
@@ -39,6 +39,7 @@ class Header:
     announced: int
     record_s: float
     labels: tuple[str, ...]
+    units: tuple[str, ...]
     counts: tuple[int, ...]
     ranges: tuple[tuple[float, float, float, float], ...]
     width: int
@@ -113,6 +114,7 @@ def _parsed(fixed: bytes, rest: bytes, signals: int, path: Path) -> Header:
         announced=int(fixed[236:244]),
         record_s=float(fixed[244:252]),
         labels=tuple(_field(rest, 0, i, 16) for i in range(signals)),
+        units=tuple(_field(rest, 96 * signals, i, 8) for i in range(signals)),
         counts=counts,
         ranges=tuple((low, high, least, most) for low, high, least, most in limits),
         width=width,

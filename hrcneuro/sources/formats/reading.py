@@ -142,20 +142,22 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
     """
     samples = recording.data.shape[1]
     at_s = [onset for onset, _, _ in marks]
-    ends_s = [onset + duration for onset, duration, _ in marks]
+    lasts_s = [duration for _, duration, _ in marks]
     inside = [True] * len(marks)
     if pieces is not None and marks:
         recorded = pieces.place(np.array(at_s))[1]
-        at_s, ends_s = (pieces.place(np.array(times))[0].tolist() for times in (at_s, ends_s))
+        ends = pieces.place(np.add(at_s, lasts_s))[0]
+        at_s = pieces.place(np.array(at_s))[0].tolist()
+        lasts_s = (ends - at_s).tolist()
         inside = recorded.tolist()
     onsets, events, lost, breaks = [], [], [], set()
-    for onset, end, there, (_, duration, description) in zip(at_s, ends_s, inside, marks, strict=True):
+    for onset, lasts, there, (_, duration, description) in zip(at_s, lasts_s, inside, marks, strict=True):
         text = marker_name(description)
         if text in _BREAKS:
             # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
             breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
         elif duration > 0 and _BAD.match(text):
-            recording.spans += [(onset, end - onset, text)] if end > onset else []
+            recording.spans += [(onset, lasts, text)] if lasts > 0 else []
         elif text != "BAD boundary":
             if there:
                 onsets.append(onset)
