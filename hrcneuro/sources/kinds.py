@@ -1,4 +1,4 @@
-"""Types of channels as files spell them."""
+"""Names and types of channels as files spell them."""
 
 from __future__ import annotations
 
@@ -21,3 +21,8 @@ _BY_WORD = {word: kind for kind, words in _KINDS.items() for word in words}
 def kind_of_type(word: str) -> str | None:
     """Return eeg, eog, ecg, emg, stim or misc for what a file calls a channel's type, None where it is not known."""
     return _BY_WORD.get(word.strip().lower())
+
+
+def numbered(names: list[str]) -> list[str]:
+    """Return the names with a number behind each that repeats, from 0, as MNE numbers them: ``EOG3-0``, ``EOG3-1``."""
+    return [name if names.count(name) == 1 else f"{name}-{names[:i].count(name)}" for i, name in enumerate(names)]

@@ -17,6 +17,7 @@ from hrcneuro.errors import DataError
 from hrcneuro.sources.channels import standard_montage
 from hrcneuro.sources.formats import brainvision_text as text
 from hrcneuro.sources.formats.reading import read_raw
+from hrcneuro.sources.kinds import numbered
 from hrcneuro.sources.recording import Recording
 from hrcneuro.sources.units import voltage_unit
 
@@ -109,11 +110,8 @@ def _channels(path: Path, sections: Sections) -> list[_Channel]:
             cure="the header is cut off or damaged: copy it again",
         )
     channels = [_channel(rows[f"ch{i}"], f"Ch{i}", places.get(f"ch{i}", "")) for i in range(1, count + 1)]
-    names = [one.name for one in channels]
-    for i, one in enumerate(channels):
-        if names.count(one.name) > 1:
-            # As MNE numbers labels that repeat.
-            one.name = f"{one.name}-{names[:i].count(one.name)}"
+    for one, name in zip(channels, numbered([one.name for one in channels]), strict=True):
+        one.name = name
     return channels
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from hrcneuro.errors import DataError
 from hrcneuro.sources.formats.eeglab_names import data_files
 from hrcneuro.sources.formats.reading import read_raw
-from hrcneuro.sources.kinds import kind_of_type
+from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.pointers import refuse_pointer
 from hrcneuro.sources.recording import Recording
 
@@ -134,7 +134,7 @@ def _channels(
             f"{path.name} describes {len(rows)} channels (EEG.chanlocs) and has {count}",
             cure="load and save it in EEGLAB, whose eeg_checkset sets them right",
         )
-    names = [str(row["labels"]).strip() if np.size(row["labels"]) else f"EEG {i:03d}" for i, row in enumerate(rows)]
+    names = numbered([_word(row["labels"]) or f"EEG {i:03d}" for i, row in enumerate(rows)])
     kinds = _kinds([_word(row.get("type")) for row in rows], names, notes)
     # EEGLAB's x points to the nose, its y to the left ear.
     places = np.array([[-_coordinate(row, "Y"), _coordinate(row, "X"), _coordinate(row, "Z")] for row in rows])

@@ -16,7 +16,7 @@ from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import xdf_time
 from hrcneuro.sources.formats.reading import marker_name
 from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
-from hrcneuro.sources.kinds import kind_of_type
+from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import voltage_unit
 
@@ -153,8 +153,7 @@ def _signals(stream: dict[str, Any], sfreq: float, notes: list[str]) -> Recordin
         what = f"describes {len(about)} of its {len(values)} channels" if about else "names no channels"
         notes.append(f"stream {info(stream, 'name')!r} {what}: they are called EEG001 …, in microvolts")
         about = [{} for _ in values]
-    names = [one.get("label") or f"EEG{i + 1:03d}" for i, one in enumerate(about)]
-    names = [n if names.count(n) == 1 else f"{n}-{names[:i].count(n)}" for i, n in enumerate(names)]
+    names = numbered([one.get("label") or f"EEG{i + 1:03d}" for i, one in enumerate(about)])
     kinds, units = [], []
     for row, name, one in zip(values, names, about, strict=True):
         kind, unit = _kind_and_unit(name, one, notes)
