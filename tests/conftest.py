@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from started import Starter
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
@@ -57,8 +58,16 @@ def call(*arguments, cwd=ROOT, env=None, timeout=300):
 
 @pytest.fixture(scope="session")
 def hrcneuro():
-    """The command line as a function."""
-    return call
+    """The command line as a function; with an environment of its own, a process is started from scratch."""
+    starter = Starter(ROOT)
+
+    def run(*arguments, cwd=ROOT, env=None, timeout=300):
+        if env is not None:
+            return call(*arguments, cwd=cwd, env=env, timeout=timeout)
+        return Done(*starter.run([*map(str, arguments)], cwd=cwd, timeout=timeout))
+
+    yield run
+    starter.end()
 
 
 @pytest.fixture(scope="session")

@@ -39,29 +39,33 @@ def drawn(folder: Path) -> dict[str, str]:
     return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.glob("*.png")}
 
 
-def test_every_picture_is_drawn_and_comes_out_the_same_again(folders, tmp_path):
-    found = []
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        robot.draw(options(), Inputs.of("s01", robot=folders["robot"]), tmp_path / name)
-        found.append(drawn(tmp_path / name))
-    assert set(found[0]) == set(robot.DRAWINGS.subject.captions)
-    assert {p.stem for p in (tmp_path / "one").glob("*.pdf")} == {Path(name).stem for name in found[0]}
-    assert found[0] == found[1]
+@pytest.fixture(scope="module")
+def pictures(folders, tmp_path_factory) -> Path:
+    """Return the folder of a session's pictures, drawn once."""
+    folder = tmp_path_factory.mktemp("pictures")
+    robot.draw(options(), Inputs.of("s01", robot=folders["robot"]), folder)
+    return folder
 
 
-def test_behind_sockets_the_limit_is_another(folders, tmp_path):
+def test_every_picture_is_drawn_and_comes_out_the_same_again(folders, pictures, tmp_path):
+    robot.draw(options(), Inputs.of("s01", robot=folders["robot"]), tmp_path)
+    found = drawn(tmp_path)
+    assert set(found) == set(robot.DRAWINGS.subject.captions)
+    assert {p.stem for p in tmp_path.glob("*.pdf")} == {Path(name).stem for name in found}
+    assert found == drawn(pictures)
+
+
+def test_behind_sockets_the_limit_is_another(folders, pictures, tmp_path):
     """Only the picture that shows the limit changes; the cell's own changes with the cell."""
-    pictures = {}
     cell = dataclasses.replace(stage.Config().cell, near_edge=0.7)
-    for name, changes in (("sim", {}), ("ursim", {"backend": "ursim"}), ("cell", {"cell": cell})):
+    before, after = drawn(pictures), {}
+    for name, changes in (("ursim", {"backend": "ursim"}), ("cell", {"cell": cell})):
         (tmp_path / name).mkdir()
         robot.draw(options(**changes), Inputs.of("s01", robot=folders["robot"]), tmp_path / name)
-        pictures[name] = drawn(tmp_path / name)
-    differ = {name for name, digest in pictures["sim"].items() if pictures["ursim"][name] != digest}
-    assert differ == {"robot.png"}
-    assert pictures["cell"]["timing.png"] == pictures["sim"]["timing.png"]
-    assert pictures["cell"]["reach.png"] != pictures["sim"]["reach.png"]
+        after[name] = drawn(tmp_path / name)
+    assert {name for name, digest in before.items() if after["ursim"][name] != digest} == {"robot.png"}
+    assert after["cell"]["timing.png"] == before["timing.png"]
+    assert after["cell"]["reach.png"] != before["reach.png"]
 
 
 def test_a_session_without_a_finished_move_is_drawn(folders, tmp_path):
