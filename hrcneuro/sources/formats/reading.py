@@ -141,6 +141,8 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         pieces: The stretches that were recorded, where it is known that some were not.
     """
     samples = recording.data.shape[1]
+    # Formats without durations write one sample.
+    lasts_s = 1.01 / recording.sfreq
     at_s = [onset for onset, _, _ in marks]
     ends_s = [onset + duration for onset, duration, _ in marks]
     inside = [True] * len(marks)
@@ -154,7 +156,7 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         if text in _BREAKS:
             # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
             breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
-        elif duration > 0 and _BAD.match(text):
+        elif duration > lasts_s and _BAD.match(text):
             recording.spans += [(onset, end - onset, text)] if end > onset else []
         elif text != "BAD boundary":
             if there:
