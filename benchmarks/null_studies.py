@@ -140,7 +140,7 @@ def decoding(rng: np.random.Generator) -> Found:
     rows = []
     for scenario, name in PROBLEMS:
         for subject in range(DECODED):
-            trials = problem.LabelledTrials(rng.permutation(48) < 17, None)
+            trials = problem.LabelledTrials(rng.permutation(48) < 17, np.arange(48.0), None)
             plan = problem.draw_plan(trials, SCHEME, rng)
             for decoder, score, _ in scorers(noise(rng, 48)).of(np.arange(48)):
                 rates = problem.decode(trials, plan, SCHEME, score).fold_rates.mean()
@@ -165,7 +165,7 @@ def one_subject(rng: np.random.Generator) -> Found:
     epochs_uv = noise(rng, len(labels)) + 3 * blocks[:, None, None] * GAIN * np.exp(-0.5 * ((TIMES - 0.3) / 0.1) ** 2)
     found = {}
     for name, known in (("within block", blocks), ("over all blocks (**fails on purpose**)", None)):
-        trials = problem.LabelledTrials(labels, known)
+        trials = problem.LabelledTrials(labels, np.arange(len(labels), dtype=float), known)
         plan = problem.draw_plan(trials, PERMUTED, rng)
         _, score, _ = next(scorers(epochs_uv).of(np.arange(len(labels))))
         found[f"one subject, labels permuted {name}"] = (

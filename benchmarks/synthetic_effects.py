@@ -50,7 +50,8 @@ def subject(unit: str, *, effect: str, size: float | None, sfreq: float, seed: i
             features = window_means(cleaned.eeg[:, start[rows][:, None] + window].transpose(1, 0, 2), window / rate)
             cues = {c: trials.loc[rows, c].to_numpy(bool) for c in CUES}
             blocks = trials.loc[rows, "block"].to_numpy(int)
-            problem = LabelledTrials((case[rows] == second).to_numpy(bool), blocks, cues)
+            onsets = trials.loc[rows, "onset_s"].to_numpy(float)
+            problem = LabelledTrials((case[rows] == second).to_numpy(bool), onsets, blocks, cues)
             scheme = Scheme(repeats=repeats, permutations=0)
             plan = draw_plan(problem, scheme, np.random.default_rng([seed, 1]))
             result = decode(problem, plan, scheme, rlda(features, shrinkage=0.9), permute=False)

@@ -167,6 +167,7 @@ class Stage:
         subject, group: What is computed for a subject, and for the group; one of them may be absent.
         parts: How the group's work is cut, where it is.
         sources: Label -> external file that decides a unit's result.
+        by_subject: Options of which a subject may have values of its own, under ``[STAGE.subjects.NAME]``.
         sessions: How many units may run at a time.
     """
 
@@ -179,6 +180,7 @@ class Stage:
     group: Work | None = None
     parts: Parts | None = None
     sources: Callable[[Any, str], Mapping[str, Path]] = lambda config, unit: {}
+    by_subject: tuple[str, ...] = ()
     sessions: Callable[[Any], Sessions] = lambda config: Sessions.SIDE_BY_SIDE
 
 

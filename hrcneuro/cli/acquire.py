@@ -64,18 +64,21 @@ def _one_of(**chosen: bool) -> None:
 
 
 def _inspect(options: Options, subjects: Sequence[str] | None) -> int:
-    """Show what acquire would read: markers, channels and log side by side."""
+    """Show what acquire would read: markers, channels and log side by side; return the code that it would end with."""
     from hrcneuro.cli import bring
+    from hrcneuro.pipeline import graph
     from hrcneuro.stages import acquire as stage
 
     settings = bring.settings(options)
-    views = {s: stage.inspect(settings.sections["acquire"], s) for s in subjects or settings.study.subjects}
+    units = [task.unit for task in graph.targets(settings, ["acquire"], subjects or ())]
+    views = {unit: stage.inspect(settings.section("acquire", unit), unit) for unit in units}
+    codes = [view["problems"][0]["exit_code"] for view in views.values() if view["problems"]]
     if options.json:
-        print(json.dumps({"command": "acquire", "ok": True, "inspect": views}, indent=1))
+        print(json.dumps({"command": "acquire", "ok": not codes, "inspect": views}, indent=1))
     else:
         for view in views.values():
             print(stage.render(view))
-    return 0
+    return codes[0] if codes else 0
 
 
 def _rules(options: Options, subjects: Sequence[str] | None) -> int:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import stages
 from hrcneuro.config.reader import Reader
+from hrcneuro.config.tomlfile import parse_toml
 from hrcneuro.contract import option
-from hrcneuro.errors import ConfigError
+from hrcneuro.errors import ConfigError, DataError
 
 
 @dataclass(frozen=True)
@@ -36,15 +36,16 @@ def read_pipeline(path: Path) -> Pipeline:
 
     Raises:
         ConfigError: The file is missing, no TOML, or asks for something unknown.
+        DataError: It cannot be read.
     """
     try:
-        values: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+        values: dict[str, Any] = parse_toml(path)
     except FileNotFoundError as error:
         raise ConfigError(
             f"the pipeline file {path} does not exist", cure="name an existing one, such as pipelines/smoke.toml"
         ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise ConfigError(f"{path} cannot be read as TOML: {error}", cure="correct the line named") from error
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the path and its rights") from error
     reader = Reader(str(path), path.parent)
     file, _ = reader.record(_File(), values, "pipeline")
     if reader.mistakes:

@@ -22,11 +22,16 @@ class Reader:
     from_text: bool = False
     mistakes: list[str] = field(default_factory=list)
 
-    def record(self, base: Any, values: Mapping[str, Any], where: str) -> tuple[Any, dict[str, str]]:
-        """Return ``base`` (a frozen dataclass) with ``values`` put in, and the origin of each key that was set."""
+    def record(
+        self, base: Any, values: Mapping[str, Any], where: str, *, only: tuple[str, ...] = ()
+    ) -> tuple[Any, dict[str, str]]:
+        """Return ``base`` (a frozen dataclass) with ``values`` put in, and the origin of each key that was set.
+
+        ``only`` names the options that are allowed; none means all.
+        """
         hints = typing.get_type_hints(type(base))
         fields = {f.name: f for f in dataclasses.fields(base)}
-        own = {name for name, f in fields.items() if not f.metadata.get("shared")}
+        own = {name for name, f in fields.items() if not f.metadata.get("shared") and (not only or name in only)}
         changes: dict[str, Any] = {}
         origins: dict[str, str] = {}
         for key, value in values.items():
@@ -47,7 +52,7 @@ class Reader:
 
     def unknown(self, name: str, key: str, own: set[str], shared: Any) -> None:
         """Note a key that the section does not have."""
-        if shared is not None:
+        if shared is not None and shared.metadata.get("shared"):
             table = shared.metadata["shared"]
             self.mistakes.append(f"{self.source}: {name} comes from the top-level {table!r}: set it there")
         else:

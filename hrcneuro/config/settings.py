@@ -11,9 +11,12 @@ from typing import Any
 
 from hrcneuro import published, stages
 from hrcneuro.config.reader import Reader
+from hrcneuro.config.tomlfile import parse_toml
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
+
+_SUBJECTS = "subjects"
 
 
 @dataclass(frozen=True)
@@ -39,18 +42,31 @@ class Shared:
 
 @dataclass(frozen=True)
 class Settings:
-    """The effective configuration, and where each value came from."""
+    """The effective configuration, and where each value came from.
+
+    Attributes:
+        study, shared: Who took part; the tables that several stages read.
+        sections: Stage -> its options.
+        origins: Key -> file or command line.
+        warnings: What is allowed but worth knowing.
+        own: Stage -> subject -> the options of a subject that has values of its own.
+    """
 
     study: StudyOptions
     shared: Shared
     sections: Mapping[str, Any]
     origins: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def included(self) -> tuple[str, ...]:
         """Subjects that enter the analyses."""
         return tuple(s for s in self.study.subjects if s not in self.study.exclude)
+
+    def section(self, stage: str, unit: str) -> Any:
+        """Return a stage's options for a unit: a subject's own, or those of all."""
+        return self.own.get(stage, {}).get(unit, self.sections[stage])
 
 
 def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: Path | None = None) -> Settings:
@@ -72,10 +88,12 @@ def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: P
     parts: dict[str, Any] = {"study": StudyOptions(), "shared": Shared()}
     parts |= {name: stages.load(name).config() for name in stages.NAMES}
     origins: dict[str, str] = {}
+    own: list[_Own] = []
     for reader, values in layers:
+        own += _taken_out(reader, values)
         _apply(reader, values, parts, origins)
+    settings = _with_own(_fill(parts, origins), own)
     mistakes = [m for reader, _ in layers for m in reader.mistakes]
-    settings = _fill(parts, origins)
     if not mistakes:
         mistakes, warnings = _consistency(settings)
         settings = dataclasses.replace(settings, warnings=tuple(warnings))
@@ -86,6 +104,52 @@ def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: P
             cure="correct them; 'hrcneuro config show' prints every key with its value, range and origin",
         )
     return settings
+
+
+@dataclass(frozen=True)
+class _Own:
+    """A subject's own options of a stage, as a source has them."""
+
+    reader: Reader
+    stage: str
+    subject: str
+    values: Any
+
+
+def _taken_out(reader: Reader, values: dict[str, Any]) -> list[_Own]:
+    """Take the tables ``[STAGE.subjects.NAME]`` out of a source's values and return them."""
+    found = []
+    for name in stages.NAMES:
+        section = values.get(name)
+        if not isinstance(section, Mapping) or _SUBJECTS not in section or not stages.load(name).by_subject:
+            continue
+        values[name] = {key: value for key, value in section.items() if key != _SUBJECTS}
+        tables = section[_SUBJECTS]
+        if isinstance(tables, Mapping):
+            found += [_Own(reader, name, str(subject), table) for subject, table in tables.items()]
+        else:
+            reader.mistakes.append(f"{reader.source}: {name}.subjects = {tables!r}; write [{name}.subjects.NAME]")
+    return found
+
+
+def _with_own(settings: Settings, given: Sequence[_Own]) -> Settings:
+    """Return the configuration with the subjects' own options, on top of those of all."""
+    own: dict[str, dict[str, Any]] = {}
+    origins = dict(settings.origins)
+    for one in given:
+        where, subjects = f"{one.stage}.subjects.{one.subject}", settings.study.subjects
+        if one.subject not in subjects:
+            hint = did_you_mean(one.subject, subjects)
+            one.reader.mistakes.append(f"{one.reader.source}: [{where}]{hint}: no such subject in study.subjects")
+        elif not isinstance(one.values, Mapping):
+            one.reader.mistakes.append(f"{one.reader.source}: {where} = {one.values!r} is no table; write [{where}]")
+        else:
+            of_stage = own.setdefault(one.stage, {})
+            base = of_stage.get(one.subject, settings.sections[one.stage])
+            allowed = stages.load(one.stage).by_subject
+            of_stage[one.subject], keys = one.reader.record(base, one.values, where, only=allowed)
+            origins |= keys
+    return dataclasses.replace(settings, own=own, origins=origins)
 
 
 def _apply(reader: Reader, values: Mapping[str, Any], parts: dict[str, Any], origins: dict[str, str]) -> None:
@@ -120,19 +184,23 @@ def _consistency(settings: Settings) -> tuple[list[str], list[str]]:
     from hrcneuro.config import crosschecks
 
     mistakes = [f"[{name}] {m}" for name in stages.NAMES for m in stages.load(name).check(settings.sections[name])]
+    for name, subjects in settings.own.items():
+        common = set(stages.load(name).check(settings.sections[name]))
+        for subject, section in subjects.items():
+            mistakes += [
+                f"[{name}.subjects.{subject}] {m}" for m in stages.load(name).check(section) if m not in common
+            ]
     mistakes += crosschecks.errors(settings)
     return mistakes, crosschecks.warnings(settings)
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return parse_toml(path)
     except FileNotFoundError as error:
         raise ConfigError(
             f"the configuration file {path} does not exist", cure="name an existing file: --config configs/paper.toml"
         ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is not valid TOML: {error}", cure="correct the line named") from error
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the path and its rights") from error
 

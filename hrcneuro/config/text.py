@@ -27,9 +27,26 @@ def render(settings: Settings, section: str = "", *, as_json: bool = False, orig
         raise ConfigError(f"there is no section {section!r}{hint}", cure=f"sections: {', '.join(parts)}")
     chosen = {section: parts[section]} if section else parts
     if as_json:
-        return json.dumps({"config": {k: _full(v) for k, v in chosen.items()}, "origins": settings.origins}, indent=1)
+        full = {k: _full(v) | _own(settings, k) for k, v in chosen.items()}
+        return json.dumps({"config": full, "origins": settings.origins}, indent=1)
     shown = settings.origins if origins else None
-    return "\n".join(line for name, part in chosen.items() for line in _table(name, part, shown)).strip()
+    lines: list[str] = []
+    for name, part in chosen.items():
+        lines += _table(name, part, shown)
+        for subject, values in _own(settings, name).get("subjects", {}).items():
+            lines.append(f"\n[{name}.subjects.{_key(subject)}]")
+            lines += [f"{_key(key)} = {toml_value(value)}" for key, value in values.items()]
+    return "\n".join(lines).strip()
+
+
+def _own(settings: Settings, stage: str) -> dict[str, Any]:
+    """Return ``subjects``: subject -> the options of its own that the configuration gives it; empty without any."""
+    tables: dict[str, Any] = {}
+    for subject, section in settings.own.get(stage, {}).items():
+        start = f"{stage}.subjects.{subject}."
+        given = [key.removeprefix(start) for key in settings.origins if key.startswith(start)]
+        tables[subject] = {key: plain(getattr(section, key)) for key in given}
+    return {"subjects": tables} if tables else {}
 
 
 def toml_value(value: Any) -> str:

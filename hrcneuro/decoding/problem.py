@@ -10,6 +10,7 @@ import numpy as np
 
 from hrcneuro.decoding import baselines, chance, crossval, metrics
 from hrcneuro.decoding.crossval import Split
+from hrcneuro.decoding.refusals import TwinTrialsError
 from hrcneuro.decoding.scheme import Scheme
 from hrcneuro.paradigm.design import CUES
 
@@ -25,11 +26,13 @@ class LabelledTrials:
 
     Attributes:
         labels: ndarray, shape (n_trials,), bool, true for class 2 (takeover).
+        onsets_s: ndarray, shape (n_trials,), when they begin, s.
         blocks: ndarray, shape (n_trials,), int; None where the study has no blocks.
         cues: Name, one of ``CUES`` -> ndarray, shape (n_trials,), bool; those that the study has.
     """
 
     labels: np.ndarray
+    onsets_s: np.ndarray
     blocks: np.ndarray | None
     cues: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -92,7 +95,13 @@ def draw_plan(trials: LabelledTrials, scheme: Scheme, rng: np.random.Generator) 
     """Return the folds of a problem; ``shuffled`` is empty where it has too few trials (a fallback says so).
 
     Each kind of fold has its own stream of random numbers: leaving one out changes no other.
+
+    Raises:
+        TwinTrialsError: Two trials are one event: a fold could test on what it was trained on.
     """
+    twins = int((~crossval.distinct(trials.onsets_s)).sum())
+    if twins:
+        raise TwinTrialsError(f"{twins} trials begin less than {crossval.ONE_EVENT_S:g} s after another")
     folds_rng, blocks_rng, matched_rng, permutation_rng = rng.spawn(4)
     seed = int(permutation_rng.integers(2**63))
     labels, smaller = trials.labels, min(trials.counts)

@@ -29,3 +29,7 @@ class EstimatorError(ValueError):
 
 class MissingLibraryError(ValueError):
     """A library that an estimator needs cannot be imported."""
+
+
+class TwinTrialsError(ValueError):
+    """Trials are so close that they are one event twice: folds would train on what they test."""

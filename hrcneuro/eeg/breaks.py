@@ -10,11 +10,20 @@ import numpy as np
 
 # EEGLAB's name for a discontinuity, and MNE's two for a join.
 _BREAKS = ("boundary", "bad boundary", "edge boundary")
+_MARKS = ("bad", "edge", "boundary")
 
 
 def is_break(description: str) -> bool:
     """Return whether an annotation marks a discontinuity: no filter and no epoch may reach across it."""
     return description.lower().startswith(_BREAKS)
+
+
+def event_mark(event: str) -> str:
+    """Return an annotation's text for an event: its name, behind ``event/`` where it would mark a break or bad data.
+
+    MNE rejects epochs at whatever begins with ``bad``, and filters in pieces at what begins with ``edge``.
+    """
+    return f"event/{event}" if event.lower().startswith(_MARKS) else event
 
 
 def borders(onsets_s: Iterable[float], descriptions: Iterable[str], sfreq: float) -> list[int]:

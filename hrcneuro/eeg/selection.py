@@ -176,8 +176,10 @@ def shortest_gap_s(trials: pd.DataFrame) -> float:
 
 
 def nearest_channel(wanted: str, names: Iterable[str]) -> str:
-    """Return the channel of that name, whatever its case; else the first midline one there is, else the first."""
+    """Return the channel of that name, else whatever its case; else the first midline one there is, else the first."""
     names = list(names)
+    if wanted in names:
+        return wanted
     by_lower = {name.lower(): name for name in reversed(names)}
     midline = ("Cz", "CPz", "FCz", "Pz", "Fz", "POz", "Oz", "FPz")
     return next((by_lower[w.lower()] for w in (wanted, *midline) if w.lower() in by_lower), names[0])

@@ -193,6 +193,7 @@ def _describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> N
     """Write events.tsv: the trial table, and the recording's other annotations, in order of time."""
     import pandas as pd
 
+    from hrcneuro.eeg.breaks import event_mark
     from hrcneuro.tables.trials import TRIALS
 
     known = trials[trials["onset_sample"].notna()]
@@ -209,7 +210,7 @@ def _describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> N
         }
     )
     marks = [(a["onset"], a["duration"], a["description"]) for a in raw.annotations]
-    moves = set(known["event"])
+    moves = {event_mark(str(event)) for event in known["event"]}
     others = pd.DataFrame([m for m in marks if m[2] not in moves], columns=["onset", "duration", "trial_type"])
     if len(others):
         others["sample"] = (others["onset"] * raw.info["sfreq"]).round().astype("int64")

@@ -44,7 +44,9 @@ class Keys:
         }
         parts = {"stage": task.name, "unit": task.unit, "inputs": inputs, **self._unchanging(task)}
         if not task.draws:
-            files = stages.load(task.name).sources(self.settings.sections[task.name], task.unit)
+            config = self.settings.section(task.name, task.unit)
+            parts["params"] = params(config)
+            files = stages.load(task.name).sources(config, task.unit)
             if files:
                 parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}
         return parts
@@ -52,7 +54,7 @@ class Keys:
     def config(self, task: Task) -> Any:
         """Return what a task is handed of the configuration: a stage its section, a drawing the options it names."""
         if not task.draws:
-            return self.settings.sections[task.name]
+            return self.settings.section(task.name, task.unit)
         return chosen(self.settings.sections, drawing_of(task).options)
 
     def content(self, path: Path) -> str:
@@ -79,7 +81,6 @@ class Keys:
 
     def _of_stage(self, task: Task) -> dict[str, Any]:
         return {
-            "params": params(self.settings.sections[task.name]),
             "code": fingerprint.code(f"hrcneuro.stages.{task.name}", PACKAGE, self.memo),
             "libs": fingerprint.libraries(stages.load(task.name).libraries),
         }

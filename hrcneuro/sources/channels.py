@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
@@ -42,7 +43,7 @@ def shape(
         unit: Unit in which the file's numbers stand; empty to believe the file.
 
     Raises:
-        ConfigError: A map names a channel or montage that there is not, or two channels get one name.
+        ConfigError: An option misspells a channel, there is no such montage, or two channels get one name.
     """
     sites = labels.sites(recording.ch_names, recording.ch_types, standard_montage().ch_names)
     in_file = {site: label for label, site in sites.items() if site not in recording.ch_names}
@@ -52,8 +53,8 @@ def shape(
     here = {old: new for new, old in recording.file_names.items()}
     _retype(recording, {here.get(name, name): kind for name, kind in types.items()})
     bads = tuple(here.get(name, name) for name in bads)
-    require(bads, recording.ch_names, "acquire.bads")
-    recording.bads = list(dict.fromkeys([*recording.bads, *bads]))
+    look_for(bads, recording, "acquire.bads")
+    recording.bads = list(dict.fromkeys([*recording.bads, *(name for name in bads if name in recording.ch_names)]))
     _tell_names(recording)
     if unit:
         _rescale(recording, unit)
@@ -70,24 +71,50 @@ def without_position(raw: mne.io.BaseRaw) -> list[str]:
     return [raw.ch_names[i] for i, one in zip(picks, lost, strict=True) if one]
 
 
-def require(names: Iterable[str], have: list[str], option: str) -> None:
-    """Refuse names of channels that a recording does not have.
+def look_for(names: Iterable[str], recording: Recording, option: str) -> None:
+    """Warn of names of channels that a recording does not have: others of the study may have them.
 
     Raises:
-        ConfigError: Names every unknown channel, the nearest spelling and what there is.
+        ConfigError: A name is a misspelling of a channel that is there; names it and what there is.
     """
-    unknown = [name for name in names if name not in have]
-    if unknown:
-        listed = ", ".join(f"{name!r}{did_you_mean(name, have)}" for name in unknown)
-        raise ConfigError(
-            f"{option} names {'channels' if len(unknown) > 1 else 'a channel'} that the recording does not have: "
-            f"{listed}; it has {', '.join(have)}",
-            cure=f"correct {option}; hrcneuro acquire SUBJECT --inspect lists the channels",
-        )
+    have, names = recording.ch_names, list(names)
+    absent = [name for name in names if name not in have]
+    spare = [name for name in have if name not in names]
+    for name in absent:
+        meant = [one for one in spare if misspelt(name, one)]
+        if meant:
+            raise ConfigError(
+                f"{option} names a channel that the recording does not have: {name!r}{did_you_mean(meant[0], meant)}; "
+                f"it has {', '.join(have)}",
+                cure=f"correct {option}; where a subject's names differ, give it options of its own under "
+                "[acquire.subjects.SUBJECT]; hrcneuro acquire SUBJECT --inspect lists the channels",
+            )
+    if absent:
+        listed = ", ".join(f"{name!r}{did_you_mean(name, spare)}" for name in absent)
+        recording.warnings.append(f"{option} names what the recording does not have: {listed}")
+
+
+def misspelt(name: str, other: str) -> bool:
+    """Return whether two names are one channel's by their letters.
+
+    They are where they differ in case, blanks and signs alone, and where one has a letter or its only number more or
+    two letters are swapped. Another letter or number is another channel, and so are two places of the 10-05 system:
+    ``VEOG`` is not ``HEOG``, ``A1`` not ``A11``, ``AF7`` not ``F7``.
+    """
+    one, two = (re.sub(r"[^a-z0-9]", "", text.lower()) for text in (name, other))
+    if one == two:
+        return True
+    numbers = {re.sub(r"\D", "", text) for text in (one, two)} - {""}
+    if len(numbers) > 1 or {one, two} <= {place.lower() for place in standard_montage().ch_names}:
+        return False
+    short, long = sorted((one, two), key=len)
+    if len(long) - len(short) == 1:
+        return len(short) > 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
+    return any(one[:i] + one[i + 1 : i + 2] + one[i] + one[i + 2 :] == two for i in range(len(one) - 1))
 
 
 def _drop(recording: Recording, names: tuple[str, ...]) -> None:
-    require(names, recording.ch_names, "acquire.drop")
+    look_for(names, recording, "acquire.drop")
     recording.keep([i for i, name in enumerate(recording.ch_names) if name not in names])
 
 
@@ -121,7 +148,7 @@ def _shorten_and_rename(recording: Recording, rename: Mapping[str, str]) -> None
 
 
 def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
-    require(mapping, recording.ch_names, "acquire.channel_map")
+    look_for(mapping, recording, "acquire.channel_map")
     names = [mapping.get(name, name) for name in recording.ch_names]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -133,13 +160,13 @@ def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
         known = {old: new for old, new in mapping.items() if old in recording.montage.ch_names}
         recording.montage.rename_channels(known)
     recording.ch_names = names
-    recording.file_names = {new: old for old, new in mapping.items() if new != old}
+    recording.file_names = {new: old for old, new in mapping.items() if new != old and new in names}
     recording.bads = [mapping.get(name, name) for name in recording.bads]
 
 
 def _retype(recording: Recording, types: Mapping[str, str]) -> None:
     """Give channels their types: those of the map, else what an EEG channel's label or unit says it is."""
-    require(types, recording.ch_names, "acquire.channel_types")
+    look_for(types, recording, "acquire.channel_types")
     said: dict[tuple[str, str], list[str]] = {}
     for i, name in enumerate(recording.ch_names):
         kind, why = types.get(name, ""), ""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import pandas as pd
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources.events import separate
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.layout import dataset_files
-from hrcneuro.sources.logs import read_log
+from hrcneuro.sources.logs import read_log, read_table
 from hrcneuro.sources.matching import Match, histogram, listed, match_onsets
 from hrcneuro.sources.origin import with_log
 from hrcneuro.sources.recording import Recording
@@ -39,11 +39,23 @@ def read_moves(folder: str, subject: str, recording: Recording) -> pd.DataFrame:
         raise DataError(text, cure=error.cure) from error
 
 
-def place(trials: pd.DataFrame, match: Match) -> pd.DataFrame:
+def match(recording: Recording, trials: pd.DataFrame, subject: str, *, onset_event: str = "") -> Match:
+    """Return the onset of every row of the log; equal markers a sample or less apart are one.
+
+    Raises:
+        DataError, ConfigError: Markers and log cannot be used together; the message says where they differ.
+    """
+    markers = separate(recording.markers, recording, least_gap_s=0.0, twins="keep")
+    found = match_onsets(markers, trials, event=onset_event, subject=subject)
+    recording.notes += found.notes
+    return found
+
+
+def place(trials: pd.DataFrame, matched: Match) -> pd.DataFrame:
     """Return the log with the onsets of its moves, annotated anew for the time from onset to onset."""
     from hrcneuro.paradigm.conditions import annotate
 
-    return annotate(trials.assign(onset_s=match.onsets_s))
+    return annotate(trials.assign(onset_s=matched.onsets_s))
 
 
 def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Recording, pd.DataFrame]:
@@ -54,17 +66,14 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
     """
     recording = read_eeg(folder, subject)
     trials = read_moves(folder, subject, recording)
-    match = match_onsets(recording.markers, trials, event=onset_event, subject=subject)
-    recording.notes += match.notes
     recording.origins = with_log(recording.origins, dataset_files(folder, subject))
-    return recording, place(trials, match)
+    return recording, place(trials, match(recording, trials, subject, onset_event=onset_event))
 
 
 def _rows(path: Path) -> dict[str, int]:
     """Return the rows of a log a block, whatever else may be wrong with it."""
     counts: dict[str, int] = {}
-    with path.open(encoding="utf-8", errors="replace", newline="") as file:
-        for row in csv.DictReader(file):
-            name = row.get("Block") or "(no block)"
-            counts[name] = counts.get(name, 0) + 1
+    for row in read_table(path):
+        name = row.get("Block") or "(no block)"
+        counts[name] = counts.get(name, 0) + 1
     return counts

@@ -11,6 +11,9 @@ from hrcneuro.errors import HrcError
 from hrcneuro.sources.matching import block_rows, histogram
 from hrcneuro.sources.recording import Recording
 
+# Bad stretches that a person is shown.
+_SPANS = 20
+
 
 def view_recording(recording: Recording) -> dict[str, Any]:
     """Return what a recording holds, as JSON-able values."""
@@ -31,7 +34,12 @@ def view_recording(recording: Recording) -> dict[str, Any]:
             for name, count in histogram(markers).items()
         ],
         "breaks_s": [round(at, 3) for at in recording.breaks_s],
-        "notes": recording.notes,
+        "bad": [
+            {"event": text, "onset_s": round(at, 3), "duration_s": round(duration, 3)}
+            for at, duration, text in recording.spans
+        ],
+        "bad_channels": recording.bads,
+        "notes": [*recording.notes, *recording.warnings],
     }
 
 
@@ -46,12 +54,12 @@ def view_log(trials: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def attempt(view: dict[str, Any], look: Callable[[], None]) -> None:
+def attempt(view: dict[str, Any], look: Callable[[], object]) -> None:
     """Run a part of the inspection; an error becomes part of what is shown."""
     try:
         look()
     except HrcError as error:
-        view["problems"].append({"problem": error.problem, "cure": error.cure})
+        view["problems"].append({"problem": error.problem, "cure": error.cure, "exit_code": error.exit_code})
 
 
 def render(view: dict[str, Any]) -> str:
@@ -65,6 +73,11 @@ def render(view: dict[str, Any]) -> str:
         lines += [f"  {kind:<9}  {len(names):3d}: {' '.join(names)}" for kind, names in kinds.items()]
         if recording["breaks_s"]:
             lines.append(f"  breaks     {len(recording['breaks_s'])}: {_times(recording['breaks_s'])}")
+        if recording["bad_channels"]:
+            lines.append(f"  bad        channels {', '.join(recording['bad_channels'])}")
+        lines += [f"  bad        {_span(span)}" for span in recording["bad"][:_SPANS]]
+        if (more := len(recording["bad"]) - _SPANS) > 0:
+            lines.append(f"  bad        … and {more} stretches more (--json lists all)")
     lines += [f"  {a:<46} {b}".rstrip() for a, b in _side_by_side(view)]
     lines += [f"  note       {note}" for note in view.get("notes", []) + (recording["notes"] if recording else [])]
     for one in view["problems"]:
@@ -89,6 +102,11 @@ def _side_by_side(view: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _gap(onsets: pd.Series) -> float | None:
     return round(float(onsets.diff().median()), 3) if len(onsets) > 1 else None
+
+
+def _span(span: dict[str, Any]) -> str:
+    start, end = span["onset_s"], span["onset_s"] + span["duration_s"]
+    return f"{start:.3f} to {end:.3f} s: {span['event']}"
 
 
 def _times(values: list[float]) -> str:

@@ -15,8 +15,12 @@ import pandas as pd
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
-# With a log of another subject the pauses between markers fall anywhere: 0.5 ± 0.02. Real ones separate near 1.
-_LEAST_SEPARATION = 0.6
+# A move starts when the one before is over: a marker closer than this share of the shortest usual gap is none.
+_TOO_CLOSE = 0.75
+# How far from an episode's start its pause is looked for, in moves.
+_NEAR = 2
+# Of the episodes' starts: where more lack their pause than this, it is not a marker that is lost but another log.
+_ANOTHER_LOG = 0.25
 
 
 @dataclass(frozen=True)
@@ -62,15 +66,15 @@ def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = ""
     notes = [f"movement onsets: code {'+'.join(names)}, {len(onsets)} markers for {len(trials)} rows of the log"]
     if len(onsets) < len(trials):
         notes.append("the practice blocks have no markers")
+    if where := first_misplaced(onsets, trials.loc[rows]):
+        raise DataError(
+            f"{subject} has as many markers {'+'.join(names)} as rows in the log ({len(onsets)}), but not of the same "
+            f"moves: {where}",
+            cure="check that recording and log are of the same subject; where one marker is lost and one too many, "
+            "mend the recording's events, or leave the subject out (study.exclude)",
+        )
     share = separation(onsets, trials.loc[rows])
     notes.append(f"pauses between markers fall between the log's episodes: {share:.3f} (1 always, 0.5 by chance)")
-    if share < _LEAST_SEPARATION and not event:
-        raise DataError(
-            f"{subject} has as many markers {names[0]} as rows in the log ({len(onsets)}), but the pauses between "
-            f"markers do not fall between the log's episodes ({share:.2f}; 1 is always, 0.5 by chance): the log seems "
-            "to be another subject's",
-            cure=f"check the log; if it is right, say so: acquire.onset_event = '{names[0]}'",
-        )
     return Match("+".join(names), filled, notes)
 
 
@@ -106,6 +110,58 @@ def separation(onsets: np.ndarray, trials: pd.DataFrame) -> float:
     return float((ranks[first].sum() - n * (n + 1) / 2) / (n * m))
 
 
+def first_misplaced(onsets: np.ndarray, trials: pd.DataFrame) -> str:
+    """Return where markers and rows of equal number part, in words; an empty string where they agree.
+
+    Two things tell: before the first move of each of the log's episodes lies a pause, and no marker follows another
+    faster than moves do. Within an episode a lost marker and one too many leave no other trace.
+
+    Args:
+        onsets: ndarray, shape (n,), of the markers, s, ascending.
+        trials: As many rows of the log, with practice, block and episode.
+    """
+    gaps = np.diff(onsets)
+    starts = np.flatnonzero(~trials.duplicated(["practice", "block", "episode"]).to_numpy()[1:])
+    inside = np.setdiff1d(np.arange(len(gaps)), starts)
+    if not len(starts) or not len(inside):
+        return ""
+    # A break between blocks is longer than the pause between episodes, by which all are judged where there is one.
+    between = np.setdiff1d(starts, np.flatnonzero(~trials.duplicated(["practice", "block"]).to_numpy()[1:]))
+    usual, long = float(np.median(gaps[inside])), float(np.median(gaps[between if len(between) else starts]))
+    # Half-way between the two, in proportion.
+    pause = float(np.sqrt(usual * long))
+    short = gaps[starts] < pause
+    if short.mean() > _ANOTHER_LOG or long < 1.2 * usual:
+        return (
+            f"{int(short.sum())} of the log's {len(starts)} episodes begin without a pause before their marker: the "
+            "log seems to be another subject's"
+        )
+    near = np.array([np.any(gaps[_beside(int(at), starts, len(gaps))] >= pause) for at in starts])
+    moved = starts[short & near]
+    least = _TOO_CLOSE * float(np.quantile(gaps, 0.02))
+    close = np.flatnonzero(gaps < least)
+    if not len(moved) and not len(close):
+        return ""
+    first = int(min([*moved[:1], *close[:1]]))
+    row = trials.iloc[first + 1]
+    place = f"{_labels(trials).iloc[first + 1]}, episode {row.episode}"
+    if first in moved:
+        return (
+            f"{place} begins with the marker at {onsets[first + 1]:.3f} s, {gaps[first]:.2f} s after the one before; "
+            f"the pause between episodes ({pause:.2f} s or more) lies beside it: before it a marker is lost or one too "
+            "many"
+        )
+    return (
+        f"in {place} the marker at {onsets[first + 1]:.3f} s follows {gaps[first]:.3f} s after the one before; moves "
+        f"do not follow faster than {least:.2f} s: it is one too many, and another is lost"
+    )
+
+
+def _beside(at: int, starts: np.ndarray, n: int) -> np.ndarray:
+    """Return the gaps within an episode that lie next to an episode's start."""
+    return np.setdiff1d(np.arange(max(at - _NEAR, 0), min(at + _NEAR + 1, n)), starts)
+
+
 def disagreement(markers: pd.DataFrame, trials: pd.DataFrame, names: list[str], *, subject: str = "") -> str:
     """Return what differs between markers and log: totals, the first block and episode, and both histograms."""
     counts = histogram(markers)
@@ -138,8 +194,9 @@ def _onsets(markers: pd.DataFrame, names: list[str]) -> np.ndarray:
 
 
 def _named(event: str, markers: pd.DataFrame) -> list[str]:
-    names = [name.strip() for name in event.split("+")]
     have = histogram(markers)
+    # A code of that whole name comes before a sum of two.
+    names = [event] if event in have else list(dict.fromkeys(name.strip() for name in event.split("+")))
     for name in names:
         if name not in have:
             raise ConfigError(

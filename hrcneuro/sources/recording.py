@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from hrcneuro.eeg.breaks import event_mark
 from hrcneuro.errors import DataError
 from hrcneuro.sources.origin import UNKNOWN, Origins, mark_of
 
@@ -39,6 +40,7 @@ class Recording:
         shortened: Those names here that are the site in a longer label, and no name of the study's own.
         notes: What a person may want to know of the reading, a sentence each.
         origins: Where it comes from, as far as that is known.
+        warnings: What a person should be told at once, a sentence each.
     """
 
     data: np.ndarray
@@ -55,6 +57,7 @@ class Recording:
     shortened: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
     origins: Origins = UNKNOWN
+    warnings: list[str] = field(default_factory=list)
 
     @property
     def duration_s(self) -> float:
@@ -141,7 +144,8 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     """Return the recording as MNE's type, with nothing in it but signals, positions, events and breaks.
 
     A break becomes ``BAD boundary`` and ``EDGE boundary`` at the first sample of the new segment, as MNE itself marks
-    joins. Date, device, names and comments stay behind; what is simulated says so.
+    joins. An event whose name reads as such a mark gets ``event/`` before it: nobody who reads the file may take
+    ``bad_choice`` for a bad stretch. Date, device, names and comments stay behind; what is simulated says so.
 
     Args:
         recording: As read or simulated.
@@ -160,7 +164,8 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             raw.set_montage(recording.montage, on_missing="ignore", verbose="error")
     # FIF keeps onsets in single precision: whole samples survive that, fractions would not.
-    marks = [(s / recording.sfreq, 0.0, e) for s, e in zip(onsets["onset_sample"], onsets["event"], strict=True)]
+    events = [event_mark(str(event)) for event in onsets["event"]]
+    marks = [(s / recording.sfreq, 0.0, event) for s, event in zip(onsets["onset_sample"], events, strict=True)]
     marks += [(at, 0.0, text) for at in recording.breaks_s for text in ("BAD boundary", "EDGE boundary")]
     marks += recording.spans
     if marks:

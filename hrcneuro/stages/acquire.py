@@ -29,6 +29,8 @@ _SOURCES = {
     "recorded": ("dataset", "file", "semisynthetic"),
     "onset_event": ("dataset",),
     "event_map": ("file",),
+    "least_gap_s": ("file",),
+    "twins": ("file",),
     "stream": ("file",),
     "stream_rate": ("file",),
     "rate_tolerance": ("file",),
@@ -66,6 +68,12 @@ class Config:
     )
     trigger_mask: int = option(
         0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
+    )
+    least_gap_s: float = option(
+        0.02, "file: markers of one name that follow closer are twins, one event marked twice", unit="s", low=0, high=1
+    )
+    twins: str = option(
+        "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
     )
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
     channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; else by label and unit")
@@ -120,7 +128,7 @@ def check(config: Config) -> list[str]:
 def _unused(config: Config) -> Iterator[str]:
     """Yield a sentence for every option of a recording to read that is set, and that the source has no use for."""
     unset = Config()
-    for name in (f.name for f in fields(config) if f.name not in _SIMULATION | {"source"}):
+    for name in _reading():
         users = _SOURCES.get(name, _READ)
         if config.source not in users and getattr(config, name) != getattr(unset, name):
             listed = " or ".join(repr(user) for user in users)
@@ -128,6 +136,11 @@ def _unused(config: Config) -> Iterator[str]:
                 f"{name} is for source = {listed}; source is {config.source!r}: set acquire.source, "
                 f"or leave acquire.{name} out"
             )
+
+
+def _reading() -> tuple[str, ...]:
+    """Return the options of recordings that are read."""
+    return tuple(f.name for f in fields(Config) if f.name not in _SIMULATION | {"source"})
 
 
 def sources(config: Config, unit: str) -> dict[str, Path]:
@@ -196,8 +209,7 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
     files = layout.recording_files(config.path, unit)
     signals = _recorded(config, files)
     _shape(config, signals)
-    events, notes = _events(config, signals, files)
-    signals.notes += notes
+    events = _events(config, signals, files)
     signals.origins = origin.vouched(signals.origins, config.recorded)
     return signals, event_trials(events, unit, signals.sfreq), None
 
@@ -217,13 +229,13 @@ def _recorded(config: Config, files: dict[str, Path]) -> Recording:
     return read_joined(layout.recordings(files), **xdf)
 
 
-def _events(config: Config, signals: Recording, files: dict[str, Path]) -> tuple[pd.DataFrame, list[str]]:
+def _events(config: Config, signals: Recording, files: dict[str, Path]) -> pd.DataFrame:
     from hrcneuro.sources.events import select_events
     from hrcneuro.sources.sidecars import refuse_events_elsewhere
 
-    if signals.markers.empty:
+    if signals.markers.empty and not signals.spans:
         refuse_events_elsewhere(files["recording"])
-    return select_events(signals.markers, config.event_map)
+    return select_events(signals, config.event_map, least_gap_s=config.least_gap_s, twins=config.twins)
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -272,22 +284,26 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["log"] = inspection.view_log(_moves(config, unit))
         return
     from hrcneuro.sources import dataset
-    from hrcneuro.sources.matching import match_onsets
     from hrcneuro.sources.recording import check_signals
 
     study = config.source == "dataset"
     files = sources(config, unit)
     signals = dataset.read_eeg(config.path, unit) if study else _recorded(config, files)
     view["recording"] = inspection.view_recording(signals)
-    inspection.attempt(view, lambda: _shape(config, signals))
-    inspection.attempt(view, lambda: check_signals(signals))
-    view["recording"] = inspection.view_recording(signals)
-    if study:
+
+    def match() -> None:
         log = dataset.read_moves(config.path, unit, signals)
         view["log"] = inspection.view_log(log)
-        view["notes"] = match_onsets(signals.markers, log, event=config.onset_event, subject=unit).notes
-    else:
-        view["notes"] = _events(config, signals, files)[1]
+        dataset.match(signals, log, unit, onset_event=config.onset_event)
+
+    # In the order of run, so that the first problem is the one that stops it.
+    if study:
+        inspection.attempt(view, match)
+    inspection.attempt(view, lambda: _shape(config, signals))
+    if not study:
+        inspection.attempt(view, lambda: _events(config, signals, files))
+    inspection.attempt(view, lambda: check_signals(signals))
+    view["recording"] = inspection.view_recording(signals)
 
 
 def _reference(config: Config) -> str:
@@ -312,7 +328,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
         "reference": _reference(config) or "not stated",
         "without_position": lost,
         "notes": signals.notes,
-    }
+    } | ({"warnings": signals.warnings} if signals.warnings else {})
 
 
 STAGE = Stage(
@@ -323,4 +339,6 @@ STAGE = Stage(
     check=check,
     subject=Work(run),
     sources=sources,
+    # What may be odd about one recording; what is simulated, and where all data come from, is the study's.
+    by_subject=_reading(),
 )

@@ -15,6 +15,7 @@ from hrcneuro.decoding.refusals import (
     MissingLibraryError,
     NoSignalError,
     NotFiniteTrialsError,
+    TwinTrialsError,
     VoltsError,
     WindowOutsideError,
 )
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from hrcneuro.decoding.problem import LabelledTrials
+    from hrcneuro.eeg.selection import LabelledEpochs
 
 _CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
@@ -47,6 +49,7 @@ _CURES: Cures = {
         DataError,
         "they seem to be in volts: multiply by 1e6 (the regularisation has a unit: microvolt squared)",
     ),
+    TwinTrialsError: (DataError, "make one event of them (acquire.twins = 'merge')"),
     EstimatorError: (ConfigError, "correct [decode.recipes]"),
     MissingLibraryError: (ConfigError, "pip install pyriemann, or leave xdawn_tangent out of decode.decoders"),
 }
@@ -104,6 +107,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     import numpy as np
 
     from hrcneuro.analyses.decode_subject import SubjectRows
+    from hrcneuro.decoding import crossval
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
     from hrcneuro.eeg.selection import ALL
@@ -112,7 +116,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     epochs = read_trials(inputs)
     table = epochs.table
-    members = _members(config, table)
+    members, onsets_s = _members(config, table), _onsets(epochs)
     rows_of = SubjectRows(config.decoders[0])
     if not config.problems:
         rows_of.warnings.append("no decoding problems are configured: nothing was decoded")
@@ -126,7 +130,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         for scenario, inside in configured.scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
             for name, (class1, class2) in config.problems.items():
                 rows = np.flatnonzero(inside & (members[class1] | members[class2]))
-                trials = _trials(table.iloc[rows], members[class2][rows])
+                own = crossval.distinct(onsets_s[rows])
+                if not own.all():
+                    rows_of.warnings.append(_twins(f"{scenario} {name}", members[class2][rows], own))
+                rows = rows[own]
+                trials = _trials(table.iloc[rows], members[class2][rows], onsets_s[rows])
                 seed = [config.seed, *inputs.unit.encode(), 0, *scenario.encode(), 0, *name.encode()]
                 plan = problems.draw_plan(trials, config, np.random.default_rng(seed))
                 results = rows_of.begin(scenario, name, (class1, class2), trials, plan, table.iloc[rows])
@@ -173,7 +181,26 @@ def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     return rows
 
 
-def _trials(rows: pd.DataFrame, labels: np.ndarray) -> LabelledTrials:
+def _twins(problem: str, second: np.ndarray, own: np.ndarray) -> str:
+    """Return a sentence on the trials that are left out, since they are events of other trials."""
+    from hrcneuro.decoding.crossval import ONE_EVENT_S
+
+    counts = [int((~own & of_class).sum()) for of_class in (~second, second)]
+    return (
+        f"{problem}: {counts[0]} trials of class 1 and {counts[1]} of class 2 are left out: they begin less than "
+        f"{ONE_EVENT_S:g} s after another trial and hold its samples"
+    )
+
+
+def _onsets(epochs: LabelledEpochs) -> np.ndarray:
+    """Return when the epochs' events were, in s: as marked, or else by the sample."""
+    marked = epochs.table.get("onset_s")
+    if marked is not None and marked.notna().all():
+        return marked.to_numpy(float)
+    return epochs.onsets / epochs.info["sfreq"]
+
+
+def _trials(rows: pd.DataFrame, labels: np.ndarray, onsets_s: np.ndarray) -> LabelledTrials:
     """Return the problem's trials; columns that a study does not have are left out."""
     import pandas as pd
 
@@ -181,7 +208,7 @@ def _trials(rows: pd.DataFrame, labels: np.ndarray) -> LabelledTrials:
 
     blocks = rows["block"] if "block" in rows and rows["block"].notna().all() else None
     cues = {cue: rows[cue].to_numpy(dtype=bool) for cue in CUES if cue in rows and rows[cue].notna().all()}
-    return LabelledTrials(labels, None if blocks is None else pd.factorize(blocks, sort=True)[0], cues)
+    return LabelledTrials(labels, onsets_s, None if blocks is None else pd.factorize(blocks, sort=True)[0], cues)
 
 
 STAGE = Stage(

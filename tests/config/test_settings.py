@@ -132,3 +132,61 @@ def test_every_option_has_a_line_of_help(name):
 def test_broken_toml_is_named(empty):
     with pytest.raises(ConfigError, match="not valid TOML"):
         config.load(write(empty, "[study\n"))
+
+
+OWN = """
+[study]
+subjects = ["s1", "s2"]
+exclude = []
+[acquire]
+source = "file"
+path = "{subject}.vhdr"
+drop = ["GSR"]
+bads = ["Cz"]
+[acquire.subjects.s2]
+drop = []
+path = "other/s2.vhdr"
+"""
+
+
+def test_a_subject_has_options_of_its_own(empty):
+    found = config.load(write(empty, OWN), ["acquire.subjects.s2.unit=uV"])
+    own = found.section("acquire", "s2")
+    assert (own.drop, own.bads, own.unit) == ((), ("Cz",), "uV")
+    assert own.path.endswith("other/s2.vhdr")
+    assert found.section("acquire", "s1") is found.sections["acquire"]
+    assert found.section("preprocess", "s2") is found.sections["preprocess"]
+    again = config.load(write(empty, configtext.render(found, origins=False).replace("# path", "path")))
+    assert again.section("acquire", "s2") == own
+    assert again.section("acquire", "s1") == found.section("acquire", "s1")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[acquire.subjects.s22]\nunit = 'V'\n", r"s22\] .did you mean 's2'.*no such subject"),
+        ("[acquire.subjects.s2]\ndropp = []\n", r"acquire\.subjects\.s2\.dropp .did you mean 'drop'"),
+        ("[acquire.subjects.s2]\nsource = 'synthetic'\n", r"unknown key acquire\.subjects\.s2\.source"),
+        ("[acquire.subjects.s2]\nonset_event = '1'\n", r"\[acquire\.subjects\.s2\] onset_event is for"),
+        ("[acquire]\nsource='file'\nsubjects = 3\n", r"write \[acquire\.subjects\.NAME\]"),
+        ("[preprocess.subjects.s2]\nl_freq = 1\n", r"unknown key preprocess\.subjects"),
+    ],
+)
+def test_mistakes_in_a_subject_s_options_are_named(empty, text, words):
+    head = "[study]\nsubjects = ['s1', 's2']\nexclude = []\n"
+    with pytest.raises(ConfigError, match=words):
+        config.load(write(empty, head + ("" if "source='file'" in text else "[acquire]\nsource='file'\n") + text))
+
+
+def test_a_file_from_any_editor(empty):
+    text = "[study]\nname = 'Größe'\n"
+    path = empty / "study.toml"
+    path.write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
+    assert config.load(path).study.name == "Größe"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(ConfigError, match=r"not in UTF-8: line 2, \"name = 'Größe'\"") as caught:
+        config.load(path)
+    assert "save the file as UTF-8" in caught.value.cure
+    path.write_bytes(text.encode("utf-16"))
+    with pytest.raises(ConfigError, match="is in UTF-16"):
+        config.load(path)

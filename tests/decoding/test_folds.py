@@ -102,3 +102,18 @@ def test_oversampling_looks_good_on_noise():
     assert tnr == pytest.approx(72.8, abs=6)
     assert tpr == pytest.approx(30.4, abs=6)
     assert acc == pytest.approx(66.1, abs=6)
+
+
+@given(onsets=st.lists(st.floats(0, 5), min_size=1, max_size=60))
+@settings(max_examples=60, deadline=None)
+def test_no_two_trials_are_one_event_and_none_is_left_out_in_vain(onsets):
+    onsets = np.array(onsets)
+    own = crossval.distinct(onsets)
+    kept = np.sort(onsets[own])
+    assert (np.diff(kept) >= crossval.ONE_EVENT_S - 1e-6).all()
+    for left in onsets[~own]:
+        assert (np.abs(kept - left) < crossval.ONE_EVENT_S).any()
+
+
+def test_ten_events_a_second_are_events_of_their_own():
+    assert crossval.distinct(1 + np.arange(100) / 10).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hrcneuro.decoding import decoders, problem
+from hrcneuro.decoding import decoders, problem, refusals
 from hrcneuro.decoding.scheme import Scheme
 
 SCHEME = Scheme(repeats=2, permutations=0)
@@ -14,7 +14,9 @@ def iC_trials(rng: np.random.Generator) -> problem.LabelledTrials:
     labels = rng.permutation(np.arange(389) < 153)
     prev_error = rng.random(389) < np.where(labels, 0.68, 0.26)
     turn = labels | (rng.random(389) < 0.23)
-    return problem.LabelledTrials(labels, np.arange(389) // 65, {"prev_error": prev_error, "turn": turn})
+    return problem.LabelledTrials(
+        labels, np.arange(389.0), np.arange(389) // 65, {"prev_error": prev_error, "turn": turn}
+    )
 
 
 def decoded(trials, rows, rng, scheme=SCHEME):
@@ -65,7 +67,7 @@ def test_block_effects_flatter_random_folds_but_not_blocks():
     blocks = np.repeat(np.arange(6), 40)
     labels = rng.random(240) < np.array([0.1, 0.9, 0.2, 0.8, 0.3, 0.7])[blocks]
     rows = rng.normal(0, 3, (6, 30))[blocks] + rng.normal(0, 1, (240, 30))
-    trials = problem.LabelledTrials(labels, blocks)
+    trials = problem.LabelledTrials(labels, np.arange(240.0), blocks)
     _, found, _ = decoded(trials, rows, rng)
     assert found.fold_rates.mean()["bacc"] > 0.7
     assert found.lobo_bacc < 0.6
@@ -81,7 +83,7 @@ def test_the_matched_folds_hold_no_trial_after_an_error():
 
 def test_every_decoder_meets_the_same_folds_and_permutations():
     rng = np.random.default_rng(0)
-    trials = problem.LabelledTrials(rng.permutation(80) < 30, np.arange(80) // 20)
+    trials = problem.LabelledTrials(rng.permutation(80) < 30, np.arange(80.0), np.arange(80) // 20)
     scheme = Scheme(folds=5, repeats=1, permutations=9)
     plan = problem.draw_plan(trials, scheme, np.random.default_rng(4))
     again = problem.draw_plan(trials, scheme, np.random.default_rng(4))
@@ -109,7 +111,13 @@ def test_every_decoder_meets_the_same_folds_and_permutations():
     ],
 )
 def test_too_few_trials_are_noted(n1, n2, note):
-    trials = problem.LabelledTrials(np.arange(n1 + n2) < n2, None)
+    trials = problem.LabelledTrials(np.arange(n1 + n2) < n2, np.arange(n1 + n2, dtype=float), None)
     plan = problem.draw_plan(trials, SCHEME, np.random.default_rng(0))
     assert note in " ".join(plan.fallbacks)
     assert bool(plan.shuffled) == (min(n1, n2) >= 3)
+
+
+def test_folds_are_drawn_of_no_event_twice():
+    trials = problem.LabelledTrials(np.arange(40) < 20, np.repeat(np.arange(20.0), 2) + np.tile([0, 0.05], 20), None)
+    with pytest.raises(refusals.TwinTrialsError, match=r"20 trials begin less than 0\.1 s after another"):
+        problem.draw_plan(trials, SCHEME, np.random.default_rng(0))

@@ -164,13 +164,14 @@ def test_contradictions_are_named(change, message):
 
 
 SET = {
-    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
+    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "least_gap_s": 0.0, "twins": "merge",
+    "markers": "channel", "trigger_mask": 255,
     "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
     "recorded": True, "reference": "left earlobe", "stream": "amp",
     "stream_rate": "measured", "rate_tolerance": 0.5,
 }  # fmt: skip
-FILE_ONLY = ("event_map", "stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask")
+FILE_ONLY = ("event_map", "stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask", "least_gap_s", "twins")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
 

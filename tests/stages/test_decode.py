@@ -396,3 +396,19 @@ def test_the_recipes_in_configs_are_the_built_in_ones():
     for path in sorted(folder.glob("*.toml")):
         found |= tomllib.loads(path.read_text())["decode"]["recipes"]
     assert {name: decode.Recipe(**values) for name, values in found.items()} == BUILTIN
+
+
+@pytest.mark.parametrize("gap_s", [0.0, 0.02])
+def test_noise_with_every_trial_twice_decodes_as_noise_with_each_once(study, gap_s):
+    counts = {"iC": {"RR": 40, "RH": 40}}
+    once = trial_table(counts, np.random.default_rng(0)).assign(onset_s=lambda t: 2.0 * np.arange(len(t)))
+    epochs = epochs_of(once)
+    copies = once.assign(onset_s=once["onset_s"] + gap_s)
+    twice = mne.concatenate_epochs([epochs, epochs.copy()], add_offset=True, verbose="error")
+    twice.metadata = pd.concat([once, copies], ignore_index=True)
+    config = replace(QUICK, permutations=9)
+    plain, _ = study(config, epochs=epochs, unit="s01")
+    doubled, out = study(config, epochs=twice, unit="s01")
+    assert doubled["iC"] == plain["iC"]
+    assert read_table(out / "scores.parquet")["n1"].max() <= 40
+    assert any("begin less than 0.1 s after another trial" in warning for warning in doubled["warnings"])

@@ -141,6 +141,8 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         pieces: The stretches that were recorded, where it is known that some were not.
     """
     samples = recording.data.shape[1]
+    # A stretch is longer than one sample: that is what formats without durations write.
+    instant_s = 1.01 / recording.sfreq
     at_s = [onset for onset, _, _ in marks]
     lasts_s = [duration for _, duration, _ in marks]
     inside = [True] * len(marks)
@@ -156,7 +158,7 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         if text in _BREAKS:
             # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
             breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
-        elif duration > 0 and _BAD.match(text):
+        elif duration > instant_s and _BAD.match(text):
             recording.spans += [(onset, lasts, text)] if lasts > 0 else []
         elif text != "BAD boundary":
             if there:
