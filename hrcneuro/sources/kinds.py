@@ -23,6 +23,14 @@ def kind_of_type(word: str) -> str | None:
     return _BY_WORD.get(word.strip().lower())
 
 
-def numbered(names: list[str]) -> list[str]:
-    """Return the names with a number behind each that repeats, from 0, as MNE numbers them: ``EOG3-0``, ``EOG3-1``."""
-    return [name if names.count(name) == 1 else f"{name}-{names[:i].count(name)}" for i, name in enumerate(names)]
+def numbered(names: list[str], notes: list[str]) -> list[str]:
+    """Return the names with a number behind each that repeats, from 0, as MNE numbers them: ``EOG3-0``, ``EOG3-1``.
+
+    Args:
+        names: As the file has them.
+        notes: What is to be said of them is added here.
+    """
+    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if twice:
+        notes.append(f"labels that repeat are numbered: {', '.join(twice)}")
+    return [f"{name}-{names[:i].count(name)}" if name in twice else name for i, name in enumerate(names)]

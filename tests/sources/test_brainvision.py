@@ -229,6 +229,7 @@ def test_channels_that_are_no_eeg_are_told_by_unit_and_position(tmp_path):
 def test_labels_that_repeat_are_numbered(tmp_path):
     recording = read_recording(write(tmp_path, rows=["EOG,,0.1,µV", "Cz,,0.1,µV", "EOG,,0.1,µV", ",,0.1,µV"]))
     assert recording.ch_names == ["EOG-0", "Cz", "EOG-1", "Ch4"]
+    assert recording.notes == ["labels that repeat are numbered: EOG"]
 
 
 def test_a_change_of_any_file_that_is_read_is_a_change_of_the_sources(tmp_path):

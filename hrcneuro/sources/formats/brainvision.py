@@ -63,7 +63,7 @@ def _open(path: Path, notes: list[str]) -> mne.io.BaseRaw:
             cure=f"put it beside {path.name} (git lfs pull, where the repository uses LFS), "
             "or correct DataFile= in the header, where it was renamed",
         )
-    channels = _channels(path, sections)
+    channels = _channels(path, sections, notes)
     samples = _whole_samples(path, sections, files.data, len(channels), notes)
     raw = _raw(path, sections, files.data, channels, samples)
     _check_announced(path, sections, len(raw.times))
@@ -100,7 +100,7 @@ def _refuse_cut_up(path: Path, sections: Sections) -> None:
     raise DataError(f"{path.name} holds {what}", cure="export the continuous recording, before it was cut into epochs")
 
 
-def _channels(path: Path, sections: Sections) -> list[_Channel]:
+def _channels(path: Path, sections: Sections, notes: list[str]) -> list[_Channel]:
     count = int(_value(path, sections, "Common Infos", "NumberOfChannels"))
     rows, places = sections.get("channel infos", {}), sections.get("coordinates", {})
     missing = [i for i in range(1, count + 1) if f"ch{i}" not in rows]
@@ -110,7 +110,7 @@ def _channels(path: Path, sections: Sections) -> list[_Channel]:
             cure="the header is cut off or damaged: copy it again",
         )
     channels = [_channel(rows[f"ch{i}"], f"Ch{i}", places.get(f"ch{i}", "")) for i in range(1, count + 1)]
-    for one, name in zip(channels, numbered([one.name for one in channels]), strict=True):
+    for one, name in zip(channels, numbered([one.name for one in channels], notes), strict=True):
         one.name = name
     return channels
 

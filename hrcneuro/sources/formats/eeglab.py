@@ -134,7 +134,7 @@ def _channels(
             f"{path.name} describes {len(rows)} channels (EEG.chanlocs) and has {count}",
             cure="load and save it in EEGLAB, whose eeg_checkset sets them right",
         )
-    names = numbered([_word(row["labels"]) or f"EEG {i:03d}" for i, row in enumerate(rows)])
+    names = numbered([_word(row["labels"]) or f"EEG {i:03d}" for i, row in enumerate(rows)], notes)
     kinds = _kinds([_word(row.get("type")) for row in rows], names, notes)
     # EEGLAB's x points to the nose, its y to the left ear.
     places = np.array([[-_coordinate(row, "Y"), _coordinate(row, "X"), _coordinate(row, "Z")] for row in rows])

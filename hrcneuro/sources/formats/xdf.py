@@ -153,7 +153,7 @@ def _signals(stream: dict[str, Any], sfreq: float, notes: list[str]) -> Recordin
         what = f"describes {len(about)} of its {len(values)} channels" if about else "names no channels"
         notes.append(f"stream {info(stream, 'name')!r} {what}: they are called EEG001 …, in microvolts")
         about = [{} for _ in values]
-    names = numbered([one.get("label") or f"EEG{i + 1:03d}" for i, one in enumerate(about)])
+    names = numbered([one.get("label") or f"EEG{i + 1:03d}" for i, one in enumerate(about)], notes)
     kinds, units = [], []
     for row, name, one in zip(values, names, about, strict=True):
         kind, unit = _kind_and_unit(name, one, notes)
