@@ -166,10 +166,10 @@ def test_a_condition_without_trials_is_left_out_and_said(hrcneuro, tiny):
 @pytest.mark.parametrize(
     ("setting", "words"),
     [
-        ('acquire.drop=["Cx"]', ["Cx", "Cz"]),
-        ('acquire.bads=["Cx"]', ["Cx", "Cz"]),
-        ('acquire.channel_types={Cx = "eog"}', ["Cx", "Cz"]),
-        ('acquire.channel_map={Cx = "Oz"}', ["Cx", "Cz"]),
+        ('acquire.drop=["cz"]', ["cz", "Cz"]),
+        ('acquire.bads=["cz"]', ["cz", "Cz"]),
+        ('acquire.channel_types={cz = "eog"}', ["cz", "Cz"]),
+        ('acquire.channel_map={cz = "Oz"}', ["cz", "Cz"]),
         ("acquire.onset_event=4711", ["4711", "33025"]),
     ],
 )

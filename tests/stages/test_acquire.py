@@ -164,8 +164,8 @@ def test_contradictions_are_named(change, message):
 
 
 SET = {
-    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "least_gap_s": 0.0, "twins": "merge",
-    "markers": "channel", "trigger_mask": 255,
+    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
+    "least_gap_s": 0.0, "twins": "merge",
     "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
     "recorded": True, "reference": "left earlobe", "stream": "amp",
