@@ -39,3 +39,15 @@ def test_segments_cover_the_recording_and_ignore_borders_outside():
     assert breaks.segments([50, 10, 10, 0, -3, 100, 120], 100) == [(0, 10), (10, 50), (50, 100)]
     assert breaks.segments([], 7) == [(0, 7)]
     assert breaks.segments([3], 0) == []
+
+
+@pytest.mark.parametrize("event", ["bad_choice", "EDGE_left", "boundary crossed", "badminton"])
+def test_an_event_s_annotation_is_taken_for_nothing_else(event):
+    mark = breaks.event_mark(event)
+    assert event in mark
+    assert not breaks.is_break(mark)
+    assert breaks.marked([1.0], [2.0], [mark], 100.0) == []
+
+
+def test_an_ordinary_event_keeps_its_name():
+    assert breaks.event_mark("good_choice") == "good_choice"

@@ -186,3 +186,18 @@ def test_a_published_log_has_its_known_size_and_ends(real):
     first = trials.iloc[0]
     assert (first["row"], first["col"], first["executed"]) == (4, 1, "N")
     assert isinstance(trials, pd.DataFrame)
+
+
+@pytest.mark.parametrize(
+    ("separator", "encoding", "head"),
+    [
+        (";", "utf-8", ""), ("\t", "utf-8-sig", ""), ("\t", "utf-16", ""), (",", "utf-8-sig", ""),
+        (";", "utf-8", "sep=;\n"),
+    ],
+)  # fmt: skip
+def test_a_log_that_a_spreadsheet_saved_is_the_same_log(folder, separator, encoding, head):
+    expected = read_log(folder, "s01")
+    for name, text in (("subject01", LOG), ("metadata01", METADATA)):
+        saved = (head + text.replace(",", separator)).replace("\n", "\r\n")
+        (folder / "s01" / f"{name}.csv").write_bytes(saved.encode(encoding))
+    pd.testing.assert_frame_equal(read_log(folder, "s01"), expected)
