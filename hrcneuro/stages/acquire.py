@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from hrcneuro.contract import Inputs, Stage, Work, option
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import layout, origin
+from hrcneuro.sources.parameters import Source, users
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,83 +21,17 @@ if TYPE_CHECKING:
 
 _MASTOIDS = "mean of TP9 and TP10 (mastoids)"
 
-# Options of recordings that are made. Any other one is for recordings that are read, from the sources named here or
-# else from both: a new option is refused with a simulation until it is said to be one of it.
-_SIMULATION = frozenset({"sfreq", "seed", "contaminated", "session", "timing", "eeg"})
-_READ = ("dataset", "file")
-_SOURCES = {
-    "path": ("dataset", "file", "semisynthetic"),
-    "recorded": ("dataset", "file", "semisynthetic"),
-    "onset_event": ("dataset",),
-    "event_map": ("file",),
-    "least_gap_s": ("file",),
-    "twins": ("file",),
-    "stream": ("file",),
-    "stream_rate": ("file",),
-    "rate_tolerance": ("file",),
-    "markers": ("file",),
-    "trigger_mask": ("file",),
-}
-
 
 @dataclass(frozen=True)
-class Config:
-    """Where a subject's data come from, and how a foreign recording is to be read."""
+class Config(Source):
+    """Where a subject's data come from; what is read, and what is simulated."""
 
-    source: str = option(
-        "synthetic",
-        "dataset: the authors' repository; file: any recording; semisynthetic: real log, synthetic EEG; synthetic",
-        choices=("dataset", "file", "semisynthetic", "synthetic"),
-    )
-    path: str = option(
-        "",
-        "data folder (dataset, semisynthetic), or recording with {subject} in it; several that fit * are joined",
-        path=True,
-        keyed=False,
-    )
     sfreq: float = option(
         published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000
     )
     seed: int = option(2023, "seed of everything simulated; each subject draws its own from it", low=0)
     contaminated: tuple[str, ...] = option(
         published.EXCLUDED.value, "synthetic subjects whose recording is full of jolts"
-    )
-    onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
-    event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
-    markers: str = option(
-        "auto", "file: where markers come from: auto, annotations, channel (a trigger channel), or a channel's name"
-    )
-    trigger_mask: int = option(
-        0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
-    )
-    least_gap_s: float = option(
-        0.02, "file: markers of one name that follow closer are twins, one event marked twice", unit="s", low=0, high=1
-    )
-    twins: str = option(
-        "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
-    )
-    channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
-    channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; else by label and unit")
-    drop: tuple[str, ...] = option((), "channels of the file to leave out")
-    bads: tuple[str, ...] = option(
-        (), "channels known to be bad: preprocess makes EEG from the others, and regresses on no such EOG"
-    )
-    montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
-    unit: str = option(
-        "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
-    )
-    recorded: bool = option(
-        False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
-    )
-    reference: str = option("", "reference of the recording, for the record")
-    stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
-    stream_rate: str = option(
-        "nominal",
-        "XDF: the sampling rate that the stream states, or the one by the clock",
-        choices=("nominal", "measured"),
-    )
-    rate_tolerance: float = option(
-        0.01, "XDF: share by which the measured rate may differ before the nominal one is refused", low=0, high=1
     )
     session: SessionParams = option(SessionParams(), "simulated session")
     timing: TimingParams = option(TimingParams(), "when simulated moves begin")
@@ -128,19 +63,13 @@ def check(config: Config) -> list[str]:
 def _unused(config: Config) -> Iterator[str]:
     """Yield a sentence for every option of a recording to read that is set, and that the source has no use for."""
     unset = Config()
-    for name in _reading():
-        users = _SOURCES.get(name, _READ)
-        if config.source not in users and getattr(config, name) != getattr(unset, name):
-            listed = " or ".join(repr(user) for user in users)
+    for name in Source.reading():
+        if config.source not in users(name) and getattr(config, name) != getattr(unset, name):
+            listed = " or ".join(repr(user) for user in users(name))
             yield (
                 f"{name} is for source = {listed}; source is {config.source!r}: set acquire.source, "
                 f"or leave acquire.{name} out"
             )
-
-
-def _reading() -> tuple[str, ...]:
-    """Return the options of recordings that are read."""
-    return tuple(f.name for f in fields(Config) if f.name not in _SIMULATION | {"source"})
 
 
 def sources(config: Config, unit: str) -> dict[str, Path]:
@@ -193,6 +122,7 @@ def render(view: dict[str, Any]) -> str:
 
 def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any] | None]:
     """Return recording, trial table and, where it is known, the truth."""
+    from hrcneuro.sources import dataset, foreign
     from hrcneuro.tables.trials import event_trials, study_trials
 
     if config.source in ("synthetic", "semisynthetic"):
@@ -200,16 +130,14 @@ def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str,
         signals.origins = _simulated_origins(config, unit)
         return signals, study_trials(moves, unit, signals.sfreq), truth
     if config.source == "dataset":
-        from hrcneuro.sources.dataset import read_study
-
-        signals, moves = read_study(config.path, unit, onset_event=config.onset_event)
-        _shape(config, signals)
+        signals, moves = dataset.read_study(config.path, unit, onset_event=config.onset_event)
+        foreign.shape(signals, config)
         signals.origins = origin.vouched(signals.origins, config.recorded)
         return signals, study_trials(moves, unit, signals.sfreq), None
     files = layout.recording_files(config.path, unit)
-    signals = _recorded(config, files)
-    _shape(config, signals)
-    events = _events(config, signals, files)
+    signals = foreign.read(files, config)
+    foreign.shape(signals, config)
+    events = foreign.events(signals, files, config)
     signals.origins = origin.vouched(signals.origins, config.recorded)
     return signals, event_trials(events, unit, signals.sfreq), None
 
@@ -220,22 +148,6 @@ def _simulated_origins(config: Config, unit: str) -> origin.Origins:
     simulated = origin.Origins(origin.Origin.SYNTHETIC, origin.Origin.UNKNOWN)
     known = origin.with_log(simulated, layout.dataset_files(config.path, unit, eeg=False))
     return origin.vouched(known, config.recorded)
-
-
-def _recorded(config: Config, files: dict[str, Path]) -> Recording:
-    from hrcneuro.sources.joining import read_joined
-
-    xdf = {name: getattr(config, name) for name in ("stream", "stream_rate", "rate_tolerance")}
-    return read_joined(layout.recordings(files), **xdf)
-
-
-def _events(config: Config, signals: Recording, files: dict[str, Path]) -> pd.DataFrame:
-    from hrcneuro.sources.events import select_events
-    from hrcneuro.sources.sidecars import refuse_events_elsewhere
-
-    if signals.markers.empty and not signals.spans:
-        refuse_events_elsewhere(files["recording"])
-    return select_events(signals, config.event_map, least_gap_s=config.least_gap_s, twins=config.twins)
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:
@@ -259,22 +171,6 @@ def _moves(config: Config, unit: str) -> pd.DataFrame:
     return simulated.logged_trials(config.path, unit, timing=config.timing, seed=config.seed)
 
 
-def _shape(config: Config, signals: Recording) -> None:
-    from hrcneuro.sources import channels, triggers
-
-    channels.shape(
-        signals,
-        rename=config.channel_map,
-        types=config.channel_types,
-        drop=config.drop,
-        bads=config.bads,
-        montage=config.montage,
-        unit=config.unit,
-    )
-    if config.source == "file":
-        triggers.choose_markers(signals, config.markers, mask=config.trigger_mask)
-
-
 def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
     """Fill an inspection; what has been seen before an error stays in it."""
     from hrcneuro.sources import inspection
@@ -283,12 +179,12 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["notes"] = [f"the recording is synthetic, {config.sfreq:g} Hz: it is made when acquire runs"]
         view["log"] = inspection.view_log(_moves(config, unit))
         return
-    from hrcneuro.sources import dataset
+    from hrcneuro.sources import dataset, foreign
     from hrcneuro.sources.recording import check_signals
 
     study = config.source == "dataset"
     files = sources(config, unit)
-    signals = dataset.read_eeg(config.path, unit) if study else _recorded(config, files)
+    signals = dataset.read_eeg(config.path, unit) if study else foreign.read(files, config)
     view["recording"] = inspection.view_recording(signals)
 
     def match() -> None:
@@ -299,9 +195,9 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
     # In the order of run, so that the first problem is the one that stops it.
     if study:
         inspection.attempt(view, match)
-    inspection.attempt(view, lambda: _shape(config, signals))
+    inspection.attempt(view, lambda: foreign.shape(signals, config))
     if not study:
-        inspection.attempt(view, lambda: _events(config, signals, files))
+        inspection.attempt(view, lambda: foreign.events(signals, files, config))
     inspection.attempt(view, lambda: check_signals(signals))
     view["recording"] = inspection.view_recording(signals)
 
@@ -340,5 +236,5 @@ STAGE = Stage(
     subject=Work(run),
     sources=sources,
     # What may be odd about one recording; what is simulated, and where all data come from, is the study's.
-    by_subject=_reading(),
+    by_subject=Source.reading(),
 )

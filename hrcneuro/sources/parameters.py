@@ -1,0 +1,86 @@
+"""What can be set of where a subject's data come from, and of how a recording is read. Light to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from hrcneuro.contract import option
+
+_READ = ("dataset", "file")
+_SOURCES = {
+    "path": ("dataset", "file", "semisynthetic"),
+    "recorded": ("dataset", "file", "semisynthetic"),
+    "onset_event": ("dataset",),
+    "event_map": ("file",),
+    "least_gap_s": ("file",),
+    "twins": ("file",),
+    "stream": ("file",),
+    "stream_rate": ("file",),
+    "rate_tolerance": ("file",),
+    "markers": ("file",),
+    "trigger_mask": ("file",),
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a subject's data come from, and how a foreign recording is to be read."""
+
+    source: str = option(
+        "synthetic",
+        "dataset: the authors' repository; file: any recording; semisynthetic: real log, synthetic EEG; synthetic",
+        choices=("dataset", "file", "semisynthetic", "synthetic"),
+    )
+    path: str = option(
+        "",
+        "data folder (dataset, semisynthetic), or recording with {subject} in it; several that fit * are joined",
+        path=True,
+        keyed=False,
+    )
+    onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
+    event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
+    markers: str = option(
+        "auto", "file: where markers come from: auto, annotations, channel (a trigger channel), or a channel's name"
+    )
+    trigger_mask: int = option(
+        0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
+    )
+    least_gap_s: float = option(
+        0.02, "file: markers of one name that follow closer are twins, one event marked twice", unit="s", low=0, high=1
+    )
+    twins: str = option(
+        "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
+    )
+    channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
+    channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; else by label and unit")
+    drop: tuple[str, ...] = option((), "channels of the file to leave out")
+    bads: tuple[str, ...] = option(
+        (), "channels known to be bad: preprocess makes EEG from the others, and regresses on no such EOG"
+    )
+    montage: str = option("auto", "auto: the file's positions, else 10-05 by name; none; or a montage of MNE")
+    unit: str = option(
+        "", "unit of the file's numbers, where it states a wrong one", choices=("", "V", "mV", "uV", "nV")
+    )
+    recorded: bool = option(
+        False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
+    )
+    reference: str = option("", "reference of the recording, for the record")
+    stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
+    stream_rate: str = option(
+        "nominal",
+        "XDF: the sampling rate that the stream states, or the one by the clock",
+        choices=("nominal", "measured"),
+    )
+    rate_tolerance: float = option(
+        0.01, "XDF: share by which the measured rate may differ before the nominal one is refused", low=0, high=1
+    )
+
+    @classmethod
+    def reading(cls) -> tuple[str, ...]:
+        """Return the options of recordings that are read."""
+        return tuple(f.name for f in fields(Source) if f.name != "source")
+
+
+def users(name: str) -> tuple[str, ...]:
+    """Return the sources that have a use for an option of recordings that are read."""
+    return _SOURCES.get(name, _READ)
