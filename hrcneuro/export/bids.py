@@ -91,9 +91,7 @@ def write_dataset(folder: Path, origins: Sequence[Origins], *, study: str, parad
         **({"ReferencesAndLinks": [_ADDRESS]} if paradigm else {}),
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
-    marks = sorted({mark_of(one) for one in origins} - {""})
-    simulated = f" ({marks[0].partition(':')[0].lower()} data)" if marks else ""
-    origin = "\n\n".join(marks or sorted({f"The EEG is {one.eeg}." for one in origins}))
+    simulated, origin = _said_of_all(origins)
     _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
     _text(folder / "README.md", f"# {study}\n\n{origin}\n\n{_README}")
     derived = folder / CLEAN
@@ -103,6 +101,22 @@ def write_dataset(folder: Path, origins: Sequence[Origins], *, study: str, parad
     )
     _text(derived / "README.md", f"# {study}: derivatives\n\n{origin}\n\n{_DERIVED}")
     _text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{origin}\n\n{_EPOCHS}")
+
+
+def _said_of_all(origins: Sequence[Origins]) -> tuple[str, str]:
+    """Return what the data set's name and its README say of where the data come from.
+
+    What they say counts for every recording in it, so a mark that only some have stands in those sidecars alone.
+    """
+    marks = sorted({mark_of(one) for one in origins})
+    if not any(marks):
+        return "", "\n\n".join(sorted({f"The EEG is {one.eeg}." for one in origins}))
+    if len(marks) == 1:
+        return f" ({marks[0].partition(':')[0].lower()} data)", marks[0]
+    return (
+        " (partly synthetic data)",
+        "Some of the data were simulated: the sidecar of each such recording says so (`HrcneuroOrigin`).",
+    )
 
 
 def write_subject(

@@ -65,7 +65,7 @@ def _above(group: Mapping[str, Any], there: Planted) -> dict[str, Measured]:
                 if p is None:
                     continue
                 mean, level = cell[rate], cell["chance"]
-                text = f"{mean:.1f} %, chance {level:.1f} %, p = {p:.2g}"
+                text = f"{mean:.1f} %, chance {level:.1f} %, p = {p:.3g}"
                 wanted = "p <" if said.value else "p at least"
                 why = f"{wanted} {_LEVEL:g}, sign flips of each subject's rate less the same subject's chance level"
                 measured[f"{_cell(key)} {rate} above"] = Measured(

@@ -20,7 +20,10 @@ _EARLY, _LATE = 5, 100
 _NOTABLE = 0.05
 # Half of the last printed digit of SIM1's figures.
 _ROUNDED = 0.005
-_FIRST_EVENT = "no event before an episode's first one, Eq 6 over all entries of q, accuracy as the mean of π"
+_FIRST_EVENT = (
+    "no event before an episode's first one, a new sequence every episode, Eq 6 over all entries of q, accuracy as the "
+    "mean of π"
+)
 
 
 def measure(results: Results) -> dict[str, Measured]:

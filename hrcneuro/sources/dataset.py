@@ -7,10 +7,11 @@ from pathlib import Path
 import pandas as pd
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources import spreadsheets
 from hrcneuro.sources.events import separate
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.layout import dataset_files
-from hrcneuro.sources.logs import read_log, read_table
+from hrcneuro.sources.logs import read_log
 from hrcneuro.sources.matching import Match, histogram, listed, match_onsets
 from hrcneuro.sources.origin import with_log
 from hrcneuro.sources.recording import Recording
@@ -73,7 +74,7 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
 def _rows(path: Path) -> dict[str, int]:
     """Return the rows of a log a block, whatever else may be wrong with it."""
     counts: dict[str, int] = {}
-    for row in read_table(path):
+    for row in spreadsheets.rows(path):
         name = row.get("Block") or "(no block)"
         counts[name] = counts.get(name, 0) + 1
     return counts

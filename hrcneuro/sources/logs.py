@@ -7,16 +7,12 @@ round, so the executed direction is taken from the displacement.
 
 from __future__ import annotations
 
-import codecs
-import csv
-import io
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.paradigm.design import MOVE
-from hrcneuro.sources import words
+from hrcneuro.sources import spreadsheets, words
 from hrcneuro.sources.layout import dataset_files
 from hrcneuro.sources.pointers import refuse_pointer
 
@@ -67,7 +63,7 @@ def _read(path: Path, columns: dict[str, str]) -> pd.DataFrame:
 
     refuse_pointer(path)
     try:
-        content, separator = _opened(path)
+        content, separator = spreadsheets.opened(path)
         text = pd.read_csv(content, sep=separator, dtype=str, keep_default_na=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeError) as error:
         raise DataError(f"{path.name} cannot be read as CSV: {error}", cure=_CURE) from error
@@ -85,24 +81,6 @@ def _read(path: Path, columns: dict[str, str]) -> pd.DataFrame:
             _refuse(~table[short].str.fullmatch(r"\d{1,6}"), table[short], path, long, "a whole number")
             table[short] = table[short].astype(int)
     return table
-
-
-def read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table as plain strings, whatever else may be wrong with it."""
-    content, separator = _opened(path, errors="replace")
-    return list(csv.DictReader(content, delimiter=separator))
-
-
-def _opened(path: Path, *, errors: str = "strict") -> tuple[io.StringIO, str]:
-    """Return a table's text and what separates its columns: spreadsheets save with semicolons, tabs or in UTF-16."""
-    data = path.read_bytes()
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    text = data.decode("utf-16" if wide else "utf-8-sig", errors).replace("\r\n", "\n")
-    # Excel marks its own separator by a first line, sep=;
-    mark = re.match(r'"?sep=.?"?\n', text)
-    text = text[mark.end() :] if mark else text
-    header = text.partition("\n")[0]
-    return io.StringIO(text), max(",;\t", key=header.count)
 
 
 def _refuse(bad: pd.Series, values: pd.Series, path: Path, column: str, allowed: str) -> None:

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from hrcneuro.sources import words
+from hrcneuro.sources import spreadsheets, words
 
 
 class Origin(StrEnum):
@@ -125,17 +125,18 @@ def authors_subject(log: Path) -> str:
 
 
 def log_digest(log: Path) -> str:
-    """Return the SHA-256 of a log's moves, whatever its line ends, quotes or further columns; empty if it has none.
+    """Return the SHA-256 of a log's moves, however the table was saved; empty if it has none.
+
+    Line ends, quotes, separators, further columns and the encoding do not count: what is read is what is known.
 
     The column of the movement's direction is left out: it follows from the tiles, but for the authors' own mistakes.
     """
     columns = [name for name, short in words.LOG.items() if short != "logged"]
     digest = hashlib.sha256()
     try:
-        with log.open(encoding="utf-8-sig", newline="") as file:
-            for row in csv.DictReader(file):
-                digest.update("\t".join(row[name].strip() for name in columns).encode() + b"\n")
-    except (OSError, UnicodeDecodeError, csv.Error, KeyError, AttributeError):
+        for row in spreadsheets.rows(log):
+            digest.update("\t".join(row[name].strip() for name in columns).encode() + b"\n")
+    except (OSError, UnicodeError, csv.Error, KeyError, AttributeError):
         # No such log: reading it says what is wrong.
         return ""
     return digest.hexdigest()

@@ -13,6 +13,7 @@ import scipy.io
 from hrcneuro.contract import Inputs
 from hrcneuro.export.authors_log import write_log as write_authors_log
 from hrcneuro.export.authors_log import write_metadata
+from hrcneuro.export.bids import write_dataset
 from hrcneuro.io.fif import read_raw
 from hrcneuro.sources import layout, origin
 from hrcneuro.sources.formats import read_recording
@@ -150,6 +151,39 @@ def test_a_bids_data_set_tells_for_all_its_recordings_and_belongs_to_their_key(n
     assert marked(statements(path)) == SYNTHETIC
 
 
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ("task-x_eeg.json", SYNTHETIC),
+        ("sub-1/sub-1_eeg.json", SYNTHETIC),
+        ("eeg.json", SYNTHETIC),
+        ("task-y_eeg.json", UNKNOWN),
+        ("sub-1/sub-1_acq-2_eeg.json", UNKNOWN),
+        ("sub-2/sub-1_eeg.json", UNKNOWN),
+    ],
+)
+def test_a_sidecar_further_up_tells_of_the_recordings_that_its_name_fits(place, expected, tmp_path, write_set):
+    root = tmp_path / "bids"
+    path = write_set(root / "sub-1/eeg/sub-1_task-x_eeg.set", np.ones((3, 512), np.float32), NAMES, 128.0, [])
+    (root / "dataset_description.json").write_text("{}")
+    (root / place).parent.mkdir(exist_ok=True)
+    (root / place).write_text(json.dumps({"HrcneuroOrigin": origin.mark_of(SYNTHETIC)}))
+    assert marked(statements(path)) == expected
+    files = layout.recording_files(str(root / "sub-{subject}/eeg/sub-{subject}_task-x_eeg.set"), "1")
+    assert (root / place in files.values()) == (expected == SYNTHETIC)
+
+
+@pytest.mark.parametrize("other", [Origins(Origin.REAL, Origin.REAL), UNKNOWN, SEMI])
+def test_a_data_set_of_several_origins_says_of_none_what_counts_for_others(other, tmp_path):
+    write_dataset(tmp_path, [other, SYNTHETIC], study="x", paradigm=True)
+    assert marked(statements(tmp_path / "sub-1/eeg/sub-1_task-x_eeg.vhdr.gone")) == UNKNOWN
+    assert "partly synthetic" in (tmp_path / "dataset_description.json").read_text()
+    write_dataset(tmp_path, [other, other], study="x", paradigm=True)
+    assert marked(statements(tmp_path / "sub-1/eeg/sub-1_task-x_eeg.vhdr.gone")).eeg == (
+        Origin.SYNTHETIC if other == SEMI else Origin.UNKNOWN
+    )
+
+
 def test_a_sidecar_tells_of_its_recording_alone(tmp_path, write_set):
     one, two = (
         write_set(tmp_path / f"sub-{k}_eeg.set", np.ones((3, 512), np.float32), NAMES, 128.0, []) for k in (1, 2)
@@ -218,11 +252,13 @@ LINES = [
 
 
 @pytest.mark.parametrize("ends", ["\r\n", "\n"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
-def test_a_log_is_known_whatever_its_name_line_ends_and_further_columns(ends, encoding, tmp_path, monkeypatch):
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize(("first_line", "separator"), [("", ","), ("", ";"), ("", "\t"), ("sep=;", ";")])
+def test_a_log_is_known_however_it_was_saved(first_line, separator, ends, encoding, tmp_path, monkeypatch):
     first, again = tmp_path / "subject01.csv", tmp_path / "subject77.csv"
     first.write_text("\n".join(LINES) + "\n")
-    again.write_bytes(ends.join(f'{line},"x"' for line in LINES).encode(encoding))
+    saved = [first_line] * bool(first_line) + [f'{line},"x"'.replace(",", separator) for line in LINES]
+    again.write_bytes(ends.join(saved).encode(encoding))
     monkeypatch.setitem(origin._SUBJECTS, origin.log_digest(first), "s01")
     assert origin.authors_subject(again) == "s01"
     again.write_text("\n".join(LINES).replace("Subject Up", "Subject Left"))

@@ -73,6 +73,15 @@ def test_the_rate_is_measured_within_segments():
     np.testing.assert_allclose(places, [99.0, np.nan, 599.0], atol=1e-6)
 
 
+@pytest.mark.parametrize("which", ["nominal", "measured"])
+def test_a_clock_that_runs_backwards_is_refused(tmp_path, write_xdf, eeg, which):
+    stream = eeg()
+    stream["stamps"] = stream["stamps"][::-1]
+    path = write_xdf(tmp_path / "r.xdf", [stream, markers([55.0], ["a"])])
+    with pytest.raises(DataError, match="the time stamps of stream 'amp' do not go forward"):
+        read_recording(path, stream_rate=which)
+
+
 @pytest.mark.parametrize("true_hz", [93.0, 107.0])
 def test_a_rate_that_is_not_as_stated_is_refused_or_measured(tmp_path, write_xdf, eeg, true_hz):
     path = write_xdf(tmp_path / "r.xdf", [eeg(true_hz=true_hz), markers([55.0], ["a"])])

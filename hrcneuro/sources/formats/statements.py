@@ -28,11 +28,18 @@ def statements(path: Path) -> list[str]:
 
 
 def describing_files(path: Path) -> dict[str, Path]:
-    """Return label -> file of a BIDS data set that describes the recording: its sidecar, and the data set's own two."""
+    """Return label -> file of a BIDS data set that describes the recording: its sidecars, and the data set's own two.
+
+    A sidecar further up counts for every recording whose name has all parts of its own (``task-x_eeg.json``).
+    """
     base = re.sub(r"_eeg\.[a-z.]+$", "", path.name, flags=re.IGNORECASE)
     files = {"sidecar": path.with_name(f"{base}_eeg.json")} if base != path.name else {}
     root = next((one for one in path.absolute().parents if (one / "dataset_description.json").is_file()), None)
     if root is not None:
+        if base != path.name:
+            for folder in (one for one in path.absolute().parents if one == root or root in one.parents):
+                shared = [f for f in folder.glob("*eeg.json") if {*f.stem.split("_")} <= {*base.split("_"), "eeg"}]
+                files |= {str(f.relative_to(root)): f for f in sorted(shared) if f.name != f"{base}_eeg.json"}
         names = ("dataset_description.json", "README", "README.md", "README.txt", "README.rst")
         files |= {name: root / name for name in names}
     return {label: file for label, file in files.items() if file.is_file()}

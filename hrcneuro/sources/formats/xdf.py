@@ -128,14 +128,20 @@ def _missing(stream: dict[str, Any], path: Path) -> list[str]:
 
 def _sfreq(stream: dict[str, Any], measured: float, which: str, tolerance: float, path: Path) -> float:
     nominal = rate_of(stream)
-    if which == "measured" and measured > 0:
+    if measured <= 0:
+        raise DataError(
+            f"{path.name}: the time stamps of stream {info(stream, 'name')!r} do not go forward, so that nothing can be "
+            "placed on its samples",
+            cure="record again, with a clock that runs",
+        )
+    if which == "measured":
         return measured
     if nominal == 0:
         raise DataError(
             f"{path.name}: stream {info(stream, 'name')!r} states no sampling rate; measured {measured:.3f} Hz",
             cure="acquire.stream_rate = 'measured' takes that one",
         )
-    if measured > 0 and abs(measured / nominal - 1) > tolerance:
+    if abs(measured / nominal - 1) > tolerance:
         raise DataError(
             f"{path.name}: stream {info(stream, 'name')!r} states {nominal:g} Hz and came at {measured:.3f} Hz, "
             f"{100 * abs(measured / nominal - 1):.1f} % off; allowed: {100 * tolerance:g} % (acquire.rate_tolerance)",
