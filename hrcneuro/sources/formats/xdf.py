@@ -130,8 +130,8 @@ def _sfreq(stream: dict[str, Any], measured: float, which: str, tolerance: float
     nominal = rate_of(stream)
     if measured <= 0:
         raise DataError(
-            f"{path.name}: the time stamps of stream {info(stream, 'name')!r} do not go forward, so that nothing can be "
-            "placed on its samples",
+            f"{path.name}: the time stamps of stream {info(stream, 'name')!r} do not go forward, so that nothing can "
+            "be placed on its samples",
             cure="record again, with a clock that runs",
         )
     if which == "measured":
