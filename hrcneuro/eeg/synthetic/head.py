@@ -20,8 +20,8 @@ MASTOIDS = (EEG.index("TP9"), EEG.index("TP10"))
 
 # Millimetres right, forward and up from the centre of the sphere (96.5 mm) that MNE fits to these electrodes, those of
 # the face left out: places of the 10-05 system on the Colin27 head (Oostenveld & Praamstra 2001; MNE's montage
-# colin27_1005). Left and right outer canthus and forehead (Schlögl et al. 2007) are its AF9, AF10 and Fpz. Numbers, since
-# a fit ends elsewhere on another processor.
+# colin27_1005). Left and right outer canthus and forehead (Schlögl et al. 2007) are its AF9, AF10 and Fpz. Numbers,
+# since a fit ends elsewhere on another processor.
 _PLACES_MM = {
     "Fp1": (-30.0, 99.2, -13.0), "Fp2": (29.3, 100.0, -13.2), "F3": (-50.9, 71.3, 37.8),
     "F4": (51.1, 72.0, 36.4), "F7": (-71.0, 57.7, -15.1), "F8": (72.3, 59.1, -15.8),
