@@ -11,6 +11,7 @@ import numpy as np
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.sources import labels
 from hrcneuro.sources.recording import Recording
+from hrcneuro.sources.units import is_no_voltage
 
 if TYPE_CHECKING:
     import mne
@@ -191,7 +192,9 @@ def _by_label_or_unit(recording: Recording, i: int) -> tuple[str, str]:
     for text in (name, label):
         if kind := labels.kind_of(text):
             return kind, "label"
-    return ("misc", f"unit {unit}") if labels.is_no_voltage(unit) else ("", "")
+    if label in labels.eyes([recording.file_names.get(one, one) for one in recording.ch_names]):
+        return "eog", "label"
+    return ("misc", f"unit {unit}") if is_no_voltage(unit) else ("", "")
 
 
 def _tell_names(recording: Recording) -> None:
@@ -213,7 +216,7 @@ def _tell_names(recording: Recording) -> None:
 def _rescale(recording: Recording, unit: str) -> None:
     believed = recording.units or ["V"] * len(recording.ch_names)
     for i, kind in enumerate(recording.ch_types):
-        if kind != "stim" and not labels.is_no_voltage(believed[i]):
+        if kind != "stim" and not is_no_voltage(believed[i]):
             recording.data[i] *= VOLTS[unit] / VOLTS.get(believed[i], 1.0)
 
 

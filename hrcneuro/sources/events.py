@@ -16,6 +16,9 @@ from hrcneuro.sources.recording import Recording, markers_of
 _PREFIXES = ("Stimulus/", "Comment/")
 # Two recordings of one stream keep their distance to a few milliseconds: clocks are synchronised anew all the time.
 _SAME_STREAM_S = 2e-3
+# The second may come this much later, and a rhythm of pairs as regular as that, this often, is rarer.
+_SECOND_WITHIN_S = 0.1
+_PAIRS = 8
 # Sample times are rounded, on both sides.
 _ROUNDING = 1.01
 
@@ -27,7 +30,7 @@ def select_events(
 
     Without a map every marker is an event of its own name. A key may leave out BrainVision's ``Stimulus/`` or
     ``Comment/`` and the blanks of ``S  1``. What is to be known goes to the recording's notes and warnings; a stretch
-    marked bad whose name the map has becomes an event of the recording.
+    marked bad, or a break told by its name alone, becomes an event of the recording where the map names it.
 
     Args:
         recording: As read.
@@ -38,12 +41,15 @@ def select_events(
         DataError: The recording has no markers at all, or twins are refused.
         ConfigError: The map fits none of the markers, a key fits several, or two keys mean one marker.
     """
-    _claim_spans(recording, event_map)
+    _claim(recording, event_map)
     have = histogram(recording.markers)
     if not have:
+        breaks = f", only breaks: {listed(_names(recording.named_breaks))}" if recording.named_breaks else ""
         raise DataError(
-            "the recording has no events: neither annotations nor a trigger channel",
-            cure="check that it was saved with its markers (BrainVision needs its .vmrk file)",
+            f"the recording has no events: neither annotations nor a trigger channel{breaks}",
+            cure="name in acquire.event_map those that are events"
+            if breaks
+            else "check that it was saved with its markers (BrainVision needs its .vmrk file)",
         )
     kept = recording.markers
     if event_map:
@@ -63,7 +69,7 @@ def separate(markers: pd.DataFrame, recording: Recording, *, least_gap_s: float,
     """Return the markers with each event once; a warning of the recording says how many were left out.
 
     Markers of one name are one event where they are a sample or less apart, and where all markers come twice at one
-    distance: two recordings of one stream. Others closer than the least gap are twins.
+    distance up to 0.1 s: two recordings of one stream. Others closer than the least gap are twins.
 
     Args:
         markers: Columns onset_s and event, in order of time.
@@ -76,13 +82,16 @@ def separate(markers: pd.DataFrame, recording: Recording, *, least_gap_s: float,
     """
     markers = _merged(markers, _ROUNDING / recording.sfreq, "a sample or less apart", recording)
     gaps = _gaps(markers)
-    near = gaps < least_gap_s
-    if not near.any() or twins == "keep":
+    near, second = gaps < least_gap_s, gaps < max(least_gap_s, _SECOND_WITHIN_S)
+    if twins == "keep" or not least_gap_s or not second.any():
         return markers
-    offset_s = float(np.median(gaps[near]))
-    if 2 * near.sum() == len(markers) and np.ptp(gaps[near]) <= _SAME_STREAM_S:
-        what = f"each {1000 * offset_s:.0f} ms after an equal one: two recordings of one stream"
-        return _merged(markers, least_gap_s, what, recording)
+    all_twice = 2 * second.sum() == len(markers) and np.ptp(gaps[second]) <= _SAME_STREAM_S
+    if all_twice and (near.all(where=second) or second.sum() >= _PAIRS):
+        apart = f"each {1000 * float(np.median(gaps[second])):.0f} ms after an equal one"
+        what = f"{apart}: two recordings of one stream (acquire.twins = 'keep' keeps both)"
+        return _merged(markers, float(gaps[second].max()) + _ROUNDING / recording.sfreq, what, recording)
+    if not near.any():
+        return markers
     if twins == "merge":
         return _merged(markers, least_gap_s, f"closer than {1000 * least_gap_s:g} ms to an equal one", recording)
     first = int(np.argmax(near))
@@ -125,22 +134,34 @@ def _note_coincidence(events: pd.DataFrame, recording: Recording) -> None:
         recording.warnings.append(f"events of two names at one moment: {listed(pairs)}")
 
 
-def _claim_spans(recording: Recording, event_map: Mapping[str, str]) -> None:
-    """Make markers of the stretches marked bad that the map names; say which stretches stay bad."""
-    mine = [span for span in recording.spans if span[2] in event_map]
+def _claim(recording: Recording, event_map: Mapping[str, str]) -> None:
+    """Make markers of the breaks and bad stretches that the map names; say what stays a break or bad by its name."""
+    spans = [span for span in recording.spans if span[2] in event_map]
+    named = [one for one in recording.named_breaks if one[2] in event_map]
+    recording.spans = [span for span in recording.spans if span not in spans]
+    recording.named_breaks = [one for one in recording.named_breaks if one not in named]
+    recording.breaks_s = [at for at in recording.breaks_s if at not in {at for at, _, _ in named}]
+    mine = [(at, text) for at, _, text in spans] + [(at, text) for _, at, text in named]
     if mine:
-        recording.spans = [span for span in recording.spans if span not in mine]
         old = recording.markers
         recording.markers = markers_of(
-            [*old["onset_s"], *(at for at, _, _ in mine)], [*old["event"], *(text for _, _, text in mine)]
+            [*old["onset_s"], *(at for at, _ in mine)], [*old["event"], *(text for _, text in mine)]
+        )
+    if recording.named_breaks:
+        recording.warnings.append(
+            f"markers taken for breaks of the recording: {listed(_names(recording.named_breaks))}; "
+            "acquire.event_map makes events of those that it names"
         )
     if recording.spans:
-        names = pd.DataFrame({"event": [text for _, _, text in recording.spans]})
         seconds = sum(duration for _, duration, _ in recording.spans)
         recording.warnings.append(
-            f"stretches taken for bad: {listed(histogram(names))} ({seconds:.1f} s); acquire.event_map makes events of "
-            "those that it names"
+            f"stretches taken for bad: {listed(_names(recording.spans))} ({seconds:.1f} s); "
+            "acquire.event_map makes events of those that it names"
         )
+
+
+def _names(marks: list[tuple[float, float, str]]) -> dict[str, int]:
+    return histogram(pd.DataFrame({"event": [text for _, _, text in marks]}))
 
 
 def _resolve(event_map: Mapping[str, str], have: Mapping[str, int], recording: Recording) -> dict[str, str]:
@@ -149,7 +170,7 @@ def _resolve(event_map: Mapping[str, str], have: Mapping[str, int], recording: R
     keys: dict[str, str] = {}
     missing = []
     for key, event in event_map.items():
-        fits = [key] if key in have else [name for name in have if _short(name) == _short(key)]
+        fits = [key] if key in have else [name for name in have if _means(key, name)]
         if len(fits) > 1:
             raise ConfigError(
                 f"acquire.event_map: {key!r} may be {' or '.join(map(repr, fits))}",
@@ -178,6 +199,12 @@ def _resolve(event_map: Mapping[str, str], have: Mapping[str, int], recording: R
     if missing:
         recording.warnings.append(f"markers of the map that do not occur: {absent}")
     return names
+
+
+def _means(key: str, marker: str) -> bool:
+    """Return whether a key is a marker's name but for blanks and, where the key has none, the kind of marker."""
+    kind = next((prefix for prefix in _PREFIXES if key.startswith(prefix)), "")
+    return marker.startswith(kind) and _short(marker) == _short(key)
 
 
 def _hint(key: str, names: list[str]) -> str:

@@ -57,6 +57,7 @@ def join(recordings: list[Recording], names: list[str]) -> Recording:
         montage=next((one.montage for one in recordings if one.montage is not None), None),
     )
     joined.breaks_s = [at + b for one, at in timed for b in ([0.0] if at else []) + one.breaks_s]
+    joined.named_breaks = [(b + at, onset + at, text) for one, at in timed for b, onset, text in one.named_breaks]
     joined.spans = [(onset + at, duration, text) for one, at in timed for onset, duration, text in one.spans]
     joined.origins = origin.joined([one.origins for one in recordings])
     joined.bads = list(dict.fromkeys(name for one in recordings for name in one.bads))

@@ -13,25 +13,19 @@ from collections.abc import Collection, Mapping, Sequence
 _WORDS = {
     "eog": "EOG VEOG HEOG LEOG REOG VEO HEO LOC ROC",
     "ecg": "ECG EKG",
-    "emg": "EMG CHIN SUBMENTAL MASSETER TIBIALIS TIB",
+    "emg": "EMG CHIN SUBMENTAL MENTALIS MASSETER TIBIALIS TIB LAT RAT LEG LEGS LLEG RLEG PLM PLML PLMR",
     "misc": (
         "RESP RESPIRATION RSP BREATH BELT THOR THORAX THORACIC CHEST ABD ABDO ABDOMEN ABDOMINAL FLOW AIRFLOW NASAL "
         "ORONASAL CANNULA SNORE SAO2 SPO2 O2SAT SAT OSAT PULSE PULS PLETH PLET PPG BVP HR BPM RATE IBI CO2 ETCO2 PCO2 "
         "TEMP TEMPERATURE GSR EDA SCR SCL SKIN ERG ACC ACCEL ACCX ACCY ACCZ GYRO GYROX GYROY GYROZ MAG ACTIVITY "
         "POSITION LIGHT LUX PHOTO PHOTIC PHOTODIODE MIC AUDIO SOUND AUX DC BURSTS SUPPR BATTERY BATT IMPEDANCE "
-        "COUNTER PACKET TIMESTAMP"
+        "COUNTER PACKET TIMESTAMP POS BODYPOS THERM THERMISTOR PTAF PRESSURE CPAP PAP LEAK EFFORT RIP DHR PTT STAGE"
     ),
     "stim": "STI STIM TRIG TRIGGER TRIGGERS STATUS EVENT EVENTS MARKER MARKERS",
 }
 _KIND = {word: kind for kind, words in _WORDS.items() for word in words.split()}
 # A bipolar pair of muscles or eyes may be labelled after both words; the first type in this order wins.
 _ORDER = ("eog", "ecg", "emg", "stim", "misc")
-_OTHER_UNITS = (
-    "% percent c °c degc deg_c celsius f °f k bpm /min 1/min hz mmhg cmh2o kpa pa mbar us ms µs s siemens ohm kohm "
-    "mohm ω kω l/s l/min ml/s lpm m/s2 m/s^2 m/s² g mg deg deg/s °/s rad rad/s rpm sec kg n lux lx db boolean bool t "
-    "ft t/m"
-)
-_NO_VOLTAGE = frozenset(_OTHER_UNITS.split())
 _REFERENCE_WORDS = (
     "REF REFERENCE LE RE AR AVG AVE AV AVERAGE CAR CAV A1 A2 M1 M2 A1A2 A1+A2 A1/A2 M1M2 M1+M2 M1/M2 LM RM EAR EARS"
 )
@@ -54,9 +48,12 @@ def is_spare(label: str) -> bool:
     return bool(_SPARE.fullmatch(label.strip()))
 
 
-def is_no_voltage(unit: str) -> bool:
-    """Return whether a unit is one of another quantity: per cent, degrees, beats a minute …"""
-    return unit.strip().lower().replace("μ", "µ") in _NO_VOLTAGE
+def eyes(names: Sequence[str]) -> set[str]:
+    """Return the labels of sleep recordings' eye channels, ``E1-M2`` and ``E2``; in a net E1 is one of many."""
+    first = {name: (_pair(name) or (_bare(name), ""))[0].upper() for name in names}
+    if any(re.fullmatch(r"E\d+", one) and one not in ("E1", "E2") for one in first.values()):
+        return set()
+    return {name for name, one in first.items() if one in ("E1", "E2")}
 
 
 def sites(names: Sequence[str], kinds: Sequence[str], known: Collection[str]) -> dict[str, str]:

@@ -32,6 +32,7 @@ class Recording:
         sfreq: Sampling rate, in Hz.
         markers: Columns onset_s (from the first sample, not rounded to one) and event, in order of time.
         breaks_s: Where a new segment begins, the first one left out.
+        named_breaks: Those breaks that only a marker's name tells, as (break_s, onset_s, text).
         spans: Stretches marked bad, as (onset_s, duration_s, text).
         montage: EEG positions, where known.
         units: Unit that each channel's numbers were taken for.
@@ -49,6 +50,7 @@ class Recording:
     sfreq: float
     markers: pd.DataFrame
     breaks_s: list[float] = field(default_factory=list)
+    named_breaks: list[tuple[float, float, str]] = field(default_factory=list)
     spans: list[tuple[float, float, str]] = field(default_factory=list)
     montage: mne.channels.DigMontage | None = None
     units: list[str] = field(default_factory=list)

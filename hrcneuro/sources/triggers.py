@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,15 +147,17 @@ def _read(recording: Recording, rows: list[int], name: str, *, mask: int, bits: 
     if bits is not None:
         weights = np.left_shift(1, np.asarray(bits, np.int64) - 1)
         values = ((values > values.min(axis=1, keepdims=True)) * weights[:, None]).sum(axis=0, keepdims=True)
-    return triggers_of(values[0] & mask if mask else values[0], name)
+    joins = [round(at * recording.sfreq) for at in recording.breaks_s]
+    return triggers_of(values[0] & mask if mask else values[0], name, joins)
 
 
-def triggers_of(values: np.ndarray, name: str) -> Triggers:
+def triggers_of(values: np.ndarray, name: str, joins: Sequence[int] = ()) -> Triggers:
     """Return the triggers in a channel's values: every change to another code that is not the rest value.
 
     Args:
         values: ndarray, shape (n_times,), int.
         name: The channel's, for notes.
+        joins: Samples at which the recording goes on after a break.
     """
     notes: list[str] = []
     codes = _from_rest(values, name, notes)
@@ -163,8 +166,11 @@ def triggers_of(values: np.ndarray, name: str) -> Triggers:
     lengths = np.diff(np.append(starts, len(codes)))
     runs, lengths = _without_dips(runs, lengths, name, notes)
     runs = _settled(runs, lengths, name, notes)
-    # What holds at the first sample began before the recording did.
-    kept = [(start, code) for start, code in runs if code != 0 and start > 0]
+    # What holds at the first sample began before the recording did, or went on.
+    firsts = {0, *joins}
+    kept = [(start, code) for start, code in runs if code != 0 and start not in firsts]
+    if early := [code for start, code in runs if code != 0 and start in firsts]:
+        notes.append(f"{name} holds a code where a segment begins, which is left out: {_histogram(np.array(early))}")
     return Triggers(name, np.array([s for s, _ in kept], int), np.array([c for _, c in kept], np.int64), notes)
 
 
@@ -174,7 +180,10 @@ def _from_rest(values: np.ndarray, name: str, notes: list[str]) -> np.ndarray:
         return values
     levels, counts = np.unique(values, return_counts=True)
     rest = int(levels[counts.argmax()])
-    visited = values[np.append(True, values[1:] != values[:-1])]
+    starts = np.flatnonzero(np.append(True, values[1:] != values[:-1]))
+    # Steps do not count: a trigger comes back to rest through them.
+    held = (np.diff(np.append(starts, len(values))) > _STEP_SAMPLES) | (values[starts] == rest)
+    visited = values[starts[held]]
     alternates = 2 * (visited == rest).sum() >= len(visited) - 1
     if rest == 0 or len(levels) == 1 or not alternates or counts.max() < _REST_SHARE * len(values):
         return values

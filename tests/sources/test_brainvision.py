@@ -148,6 +148,13 @@ def test_a_new_segment_is_a_break_and_events_after_it_keep_their_place(tmp_path)
     assert (onset, duration, name) == (pytest.approx(0.4), pytest.approx(0.2), "Bad Interval/Userdefined")
 
 
+def test_a_bad_stretch_that_was_exported_as_a_comment_is_one(tmp_path):
+    marks = ["Comment,BAD_muscle,251,100,0", "Comment,bad_choice,501,1,0", "Comment,badge,601,100,0"]
+    recording = read_recording(write(tmp_path, marks=marks))
+    assert recording.spans == [(1.0, 0.4, "Comment/BAD_muscle")]
+    assert recording.markers["event"].tolist() == ["Comment/bad_choice", "Comment/badge"]
+
+
 def test_every_line_of_a_marker_file_counts_even_where_numbers_repeat(tmp_path):
     path = write(tmp_path)
     markers = tmp_path / "rec.vmrk"

@@ -10,6 +10,8 @@ import pytest
 from edf_files import save_edf, tal
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources.channels import shape
+from hrcneuro.sources.events import select_events
 from hrcneuro.sources.formats import read_recording
 
 FS = 100
@@ -256,3 +258,29 @@ def test_real_files_against_mnes_own_reading(name):
     np.testing.assert_array_equal(recording.data[recording.picks("eeg")], raw.get_data("eeg"))
     theirs = [(one["description"].strip(), round(one["onset"], 6)) for one in raw.annotations]
     assert sorted(marked(recording)) == sorted(theirs)
+
+
+def test_a_channel_in_another_unit_than_volts_is_no_eeg(uv, tmp_path):
+    signals = [("X1", "uV", uv), ("X2", "cmH2O", uv), ("X3", "dB", uv), ("X4", "", uv)]
+    recording = read_recording(save_edf(tmp_path / "u.edf", signals, times=times(*range(RECORDS))))
+    shape(recording, rename={}, types={}, drop=(), bads=(), montage="none", unit="")
+    assert recording.ch_types == ["eeg", "misc", "misc", "eeg"]
+    assert "taken for MISC, not EEG, by the unit cmH2O: X2" in recording.notes
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+def test_a_break_that_only_a_name_tells_is_an_event_where_the_map_names_it(uv, tmp_path, mapped):
+    lists = {1: tal("+1.5", "boundary"), 2: tal("+2.5", "within"), 4: tal("+4.5", "boundary")}
+    path = save_edf(tmp_path / "n.edf", [("Cz", "uV", uv)], times=times(*range(RECORDS)), lists=lists)
+    recording = read_recording(path)
+    events = select_events(recording, {"within": "w"} | ({"boundary": "b"} if mapped else {}))
+    assert events["event"].tolist() == (["b", "w", "b"] if mapped else ["w"])
+    assert recording.breaks_s == ([] if mapped else [1.5, 4.5])
+    assert any("taken for breaks of the recording: boundary × 2" in one for one in recording.warnings) != mapped
+
+
+def test_a_recording_with_no_more_than_breaks_says_so(uv, tmp_path):
+    lists = {1: tal("+1.5", "boundary")}
+    recording = read_recording(save_edf(tmp_path / "o.edf", [("Cz", "uV", uv)], times=times(*range(6)), lists=lists))
+    with pytest.raises(DataError, match="only breaks: boundary × 1"):
+        select_events(recording, {})

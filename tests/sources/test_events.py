@@ -38,6 +38,20 @@ def test_two_recordings_of_one_stream_are_one(jitter_s):
     assert any("12 ms after an equal one: two recordings of one stream" in w for w in one.warnings)
 
 
+def test_two_recordings_of_one_stream_may_be_further_apart_than_twins():
+    onsets = 1 + 1.3 * np.arange(20)
+    kept, one = select([*onsets, *(onsets + 0.06)], ["a", "b"] * 20)
+    assert kept["onset_s"].tolist() == onsets.tolist()
+    assert any("60 ms after an equal one" in w for w in one.warnings)
+    assert len(select([*onsets, *(onsets + 0.06)], ["a", "b"] * 20, twins="keep")[0]) == 40
+    assert len(select([1.0, 1.06], ["a", "a"])[0]) == 2
+
+
+def test_a_key_that_says_the_kind_of_marker_means_no_other_kind():
+    kept, _ = select([1.0, 2.0], ["Stimulus/S  1", "Comment/S1"], {"Stimulus/S1": "a"})
+    assert kept["onset_s"].tolist() == [1.0]
+
+
 def test_twins_are_refused_merged_or_kept():
     onsets, events = [1.0, 2.0, 2.015, 3.0], ["a", "b", "b", "a"]
     with pytest.raises(DataError, match=r"1 of 4 markers .* the first 'b' at 2\.015 s, 15\.0 ms after") as caught:

@@ -8,6 +8,7 @@ import pytest
 from hrcneuro.sources import labels
 from hrcneuro.sources.channels import shape, standard_montage
 from hrcneuro.sources.recording import Recording, markers_of, to_raw
+from hrcneuro.sources.units import is_no_voltage
 
 KNOWN = standard_montage().ch_names
 OPTIONS = {"rename": {}, "types": {}, "drop": (), "bads": (), "montage": "auto", "unit": ""}
@@ -18,10 +19,10 @@ OPTIONS = {"rename": {}, "types": {}, "drop": (), "bads": (), "montage": "auto",
     [
         ("eog", ["EOG", "EOG3", "HEOG", "EOG horizontal", "VEOGu", "EEG LOC-Ref", "ROC"]),
         ("ecg", ["ECG", "ECG EKG", "EKG1", "EEG EKG1-REF", "ECG-LA"]),
-        ("emg", ["EMG Chin", "EMG submental", "Chin1", "L TIB"]),
+        ("emg", ["EMG Chin", "EMG submental", "Chin1", "L TIB", "LAT", "Leg/R", "Chin1-Chin2"]),
         ("misc", [
             "SaO2", "SaO2 X9", "SpO2", "Resp oro-nasal", "RESP1-REF", "Temp rectal", "Plet", "GSR1", "Pulse Rate",
-            "Airflow", "POL DC01", "PHOTIC-REF", "AccX", "Aux 1", "THOR RES",
+            "Airflow", "POL DC01", "PHOTIC-REF", "AccX", "Aux 1", "THOR RES", "PTAF", "Therm", "Pos", "Nasal Pressure",
         ]),
         ("stim", ["STI 014", "STI101", "Status", "TRIGGER", "Event marker", "Trig1"]),
         ("", [*KNOWN, "EEG Fp1-Ref", "A1", "M2", "E128", "EXG1", "B32", "T3", "EEG C3-A2", "Fp1-F7", "Ch 1", "X1"]),
@@ -32,8 +33,18 @@ def test_types_by_label(kind, names):
 
 
 def test_units_of_no_voltage():
-    assert all(map(labels.is_no_voltage, ["%", "°C", "degC", "bpm", "mmHg", "uS", "μS", "kOhm", "Boolean", "cmH2O"]))
-    assert not any(map(labels.is_no_voltage, ["", "uV", "µV", "mV", "V", "nV", "UV", "n/a", "microvolts"]))
+    assert all(
+        map(is_no_voltage, ["%", "°C", "degC", "bpm", "mmHg", "uS", "μS", "kOhm", "Boolean", "cmH2O", "dB", "Deg C"])
+    )
+    assert not any(map(is_no_voltage, ["", "uV", "µV", "mV", "V", "nV", "UV", "n/a", "microvolts", "a.u.", "£V"]))
+
+
+def test_eye_channels_of_sleep_recordings_are_not_those_of_a_net():
+    assert labels.eyes(["F3-M2", "E1-M2", "E2-M1", "C4"]) == {"E1-M2", "E2-M1"}
+    assert labels.eyes(["EEG E1-Ref", "E2", "Cz"]) == {"EEG E1-Ref", "E2"}
+    assert labels.eyes(["E1", "E2", "E3"]) == set()
+    one = shaped(recording(["E1-M2", "E2-M2", "C3-M2"]), rename={"E1-M2": "left"})
+    assert (one.ch_names, one.ch_types) == (["left", "E2-M2", "C3"], ["eog", "eog", "eeg"])
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,18 @@ def test_steps_are_noted():
     ]
 
 
+def test_a_code_that_holds_where_the_recording_goes_on_is_none():
+    found = triggers_of(line((0, 10, 9), (100, 110, 5), (500, 520, 7), (600, 610, 5)), "STI", joins=[500])
+    assert found.codes.tolist() == [5, 5]
+    assert found.notes == ["STI holds a code where a segment begins, which is left out: 7 × 1, 9 × 1"]
+
+
+def test_a_line_that_is_pulled_up_comes_back_to_rest_in_steps():
+    pulses = [(a, a + 10, 246) for a in range(100, 1900, 150)]
+    steps = [(start - 1, start, 247) for start, _, _ in pulses] + [(stop, stop + 1, 254) for _, stop, _ in pulses]
+    assert read(line(*pulses, *steps, rest=255)) == [(start, 246) for start, _, _ in pulses]
+
+
 @settings(deadline=None)
 @given(
     st.lists(st.tuples(st.integers(3, 40), st.integers(1, 255), st.integers(3, 40)), max_size=20),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources.channels import shape
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.formats.xdf_time import samples_at, segments, steady
 from hrcneuro.sources.units import voltage_unit
@@ -163,6 +164,11 @@ def test_types_and_units_of_channels(tmp_path, write_xdf, eeg):
     assert recording.ch_types == ["eeg", "misc"]
     assert any("Fz: unit 'counts' is no voltage, taken for microvolts" in note for note in recording.notes)
     np.testing.assert_allclose(recording.data[0] * 1e6, stream["samples"][:, 0], rtol=1e-6)
+    stream = eeg(units=["microvolts", "celsius"], types=["EEG", ""])
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"])]))
+    shape(recording, rename={}, types={}, drop=(), bads=(), montage="none", unit="")
+    assert recording.ch_types == ["eeg", "misc"]
+    assert "taken for MISC, not EEG, by the unit celsius: Cz" in recording.notes
     stream = eeg(units=["millivolts", "-6"])
     recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"])]))
     np.testing.assert_allclose(recording.data.T, stream["samples"] * [1e-3, 1e-6], rtol=1e-6)
@@ -172,6 +178,7 @@ def test_types_and_units_of_channels(tmp_path, write_xdf, eeg):
     ("text", "unit"),
     [
         ("µV", "uV"), ("μV", "uV"), ("ÂµV", "uV"), ("Î¼V", "uV"), ("\ufffdV", "uV"), ("uv", "uV"), (" µV ", "uV"),
+        ("uVolt", "uV"), ("microvol", "uV"), ("æV", "uV"), ("mVolt", "mV"),
         ("Microvolts", "uV"), ("mV", "mV"), ("nV", "nV"), ("Volt", "V"), ("-6", "uV"),
         ("C", None), ("°C", None), ("µS", None), ("%", None), ("", None), ("a.u.", None),
     ],

@@ -70,13 +70,18 @@ def _finish(raw: mne.io.BaseRaw, recording: Recording, header: Header, path: Pat
 
 
 def _rare_units(recording: Recording, header: Header) -> None:
-    """Scale channels whose unit is a voltage in a spelling that MNE takes for volts: ``uv``, ``microV``, ``nV``."""
+    """Scale channels whose unit is a voltage in a spelling that MNE takes for volts: ``uv``, ``microV``, ``nV``.
+
+    Of a unit that is no voltage MNE keeps no word.
+    """
     for row, signal in enumerate(header.signals):
         unit = header.units[signal]
         known = voltage_unit(unit)
         if known and unit not in _OF_MNE:
             recording.data[row] *= VOLTS[known]
             recording.units[row] = known
+        elif unit and not known:
+            recording.units[row] = unit
 
 
 def _mixed_rates(raw: mne.io.BaseRaw, recording: Recording, header: Header, pieces: Pieces) -> None:

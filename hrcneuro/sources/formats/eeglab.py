@@ -184,7 +184,7 @@ def _annotations(eeg: Mapping[str, Any], sfreq: float, notes: list[str]) -> mne.
             lost += 1
         elif text.lower() == "boundary" or text in (str(_BOUNDARY), f"{_BOUNDARY:.0f}"):
             cut += duration
-            marks.append((at, 0.0, "boundary"))
+            marks.append((at, 0.0, "EDGE boundary"))
         else:
             marks.append((at, duration, text))
     if lost:

@@ -20,8 +20,10 @@ from hrcneuro.sources.recording import CHANNEL_TYPES, Recording, markers_of
 if TYPE_CHECKING:
     import mne
 
-# EEGLAB writes 'boundary', or -99 where all event types are numbers; BrainVision starts a segment with a marker.
-_BREAKS = frozenset({"boundary", "-99", "New Segment/", "EDGE boundary"})
+# MNE's mark of a join, which EEGLAB's is by now, too; BrainVision starts a segment with a marker.
+_BREAKS = frozenset({"EDGE boundary", "New Segment/"})
+# EEGLAB's marks in a file that another program made of its data set; or a condition.
+_SAY_BREAK = frozenset({"boundary", "-99"})
 # A name alone decides nothing: only what lasts is a stretch, and "badminton" is none.
 _BAD = re.compile(r"bad(?![a-z])", re.IGNORECASE)
 
@@ -153,12 +155,17 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         lasts_s = (ends - at_s).tolist()
         inside = recorded.tolist()
     onsets, events, lost, breaks = [], [], [], set()
+    said: dict[int, tuple[float, str]] = {}
     for onset, lasts, there, (_, duration, description) in zip(at_s, lasts_s, inside, marks, strict=True):
         text = marker_name(description)
+        # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
+        nearest = int(np.floor(onset * recording.sfreq + 0.5 + 1e-3))
         if text in _BREAKS:
-            # The nearest sample, and from half-way the later one, as firfilt has it. The margin is for rounding.
-            breaks.add(int(np.floor(onset * recording.sfreq + 0.5 + 1e-3)))
-        elif duration > instant_s and _BAD.match(text):
+            breaks.add(nearest)
+        elif text in _SAY_BREAK:
+            said[nearest] = (onset, text)
+        # Programs that write BrainVision make comments of all annotations.
+        elif duration > instant_s and _BAD.match(text.removeprefix("Comment/")):
             recording.spans += [(onset, lasts, text)] if lasts > 0 else []
         elif text != "BAD boundary":
             if there:
@@ -167,7 +174,9 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
             else:
                 lost.append(text)
     joins = {round(at * recording.sfreq) for at in pieces.breaks_s} if pieces is not None else set()
-    recording.breaks_s = [at / recording.sfreq for at in sorted(breaks | joins) if 0 < at < samples]
+    breaks |= joins
+    recording.breaks_s = [at / recording.sfreq for at in sorted(breaks | set(said)) if 0 < at < samples]
+    recording.named_breaks = [(at / recording.sfreq, *one) for at, one in sorted(said.items()) if at not in breaks]
     recording.markers = markers_of(onsets, events)
     if lost:
         counts = ", ".join(f"{name} × {n}" for name, n in Counter(lost).items())

@@ -18,7 +18,7 @@ from hrcneuro.sources.formats.reading import marker_name
 from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
-from hrcneuro.sources.units import voltage_unit
+from hrcneuro.sources.units import is_no_voltage, voltage_unit
 
 _GZIP = b"\x1f\x8b"
 
@@ -175,6 +175,8 @@ def _kind_and_unit(name: str, about: dict[str, str], notes: list[str]) -> tuple[
     kind, volts = kind_of_type(word) or "misc", voltage_unit(unit or "uV")
     if kind != "stim" and kind_of_type(word) != kind:
         notes.append(f"channel {name} taken for misc by its type {word!r}")
+    if volts is None and kind == "eeg" and is_no_voltage(unit):
+        return kind, unit
     if volts is None and kind in ("eeg", "eog"):
         notes.append(f"channel {name}: unit {unit!r} is no voltage, taken for microvolts (acquire.unit sets another)")
         return kind, "uV"
