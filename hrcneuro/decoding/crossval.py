@@ -14,7 +14,10 @@ Trainer = Callable[[np.ndarray, np.ndarray], Scorer]
 SMALLEST_CLASS = 3
 
 ONE_EVENT_S = 0.1
-"""The longest window of a feature: trials closer than this share samples in one and the same feature."""
+"""The longest window of a mean over time: trials closer than this share samples in one and the same feature.
+
+Covariances over the whole epoch share samples for longer, as all overlapping epochs do.
+"""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hrcneuro.sources.recording import Recording, markers_of
 _PREFIXES = ("Stimulus/", "Comment/")
 # Two recordings of one stream keep their distance to a few milliseconds: clocks are synchronised anew all the time.
 _SAME_STREAM_S = 2e-3
-# The second may come this much later, and a rhythm of pairs as regular as that, this often, is rarer.
+# The second may be late by its program or its network. A few regular pairs may be the experiment's own.
 _SECOND_WITHIN_S = 0.1
 _PAIRS = 8
 # Sample times are rounded, on both sides.

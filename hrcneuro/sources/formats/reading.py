@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # MNE's mark of a join, which EEGLAB's is by now, too; BrainVision starts a segment with a marker.
 _BREAKS = frozenset({"EDGE boundary", "New Segment/"})
 # EEGLAB's marks in a file that another program made of its data set; or a condition.
-_SAY_BREAK = frozenset({"boundary", "-99"})
+_MAY_BE_BREAKS = frozenset({"boundary", "-99"})
 # A name alone decides nothing: only what lasts is a stretch, and "badminton" is none.
 _BAD = re.compile(r"bad(?![a-z])", re.IGNORECASE)
 
@@ -162,7 +162,7 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
         nearest = int(np.floor(onset * recording.sfreq + 0.5 + 1e-3))
         if text in _BREAKS:
             breaks.add(nearest)
-        elif text in _SAY_BREAK:
+        elif text in _MAY_BE_BREAKS:
             said[nearest] = (onset, text)
         # Programs that write BrainVision make comments of all annotations.
         elif duration > instant_s and _BAD.match(text.removeprefix("Comment/")):
