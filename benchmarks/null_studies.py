@@ -146,7 +146,7 @@ def decoding(rng: np.random.Generator) -> Found:
                 rates = problem.decode(trials, plan, SCHEME, score).fold_rates.mean()
                 rows.append(
                     {"scenario": scenario, "problem": name, "decoder": decoder, "subject": subject, "chance": 60.0}
-                    | {measure: 100 * rates[measure] for measure in ("acc", "bacc")}
+                    | {measure: 100 * rates[measure] for measure in ("tnr", "tpr", "acc", "bacc")}
                 )
     scores = pd.DataFrame(rows)
     tests = decode_group.test_table(scores, seed=0)
