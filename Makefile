@@ -14,7 +14,7 @@ smoke: $(VENV)/ready          ## three short subjects through every stage
 	$(BIN)/hrcneuro run pipelines/smoke.toml -j $(JOBS) --workdir work/smoke
 
 test: lint                    ## lint, types, import arrows, tests, and the smoke study twice
-	$(BIN)/pytest -n $(JOBS) --dist worksteal
+	$(BIN)/pytest -n $(JOBS)
 	rm -rf work/smoke
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
