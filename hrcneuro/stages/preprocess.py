@@ -133,7 +133,8 @@ def _cures() -> Cures:
         ),
         refusals.NoEogError: (
             DataError,
-            "set preprocess.eog = 'none', or say which channels are EOG: acquire.channel_types = {{NAME = 'eog'}}",
+            "set preprocess.eog = 'none' (for one subject: under [preprocess.subjects.SUBJECT]), or say which channels "
+            "are EOG: acquire.channel_types = {{NAME = 'eog'}}",
         ),
         refusals.MarkedEogError: (
             DataError,
@@ -226,4 +227,6 @@ STAGE = Stage(
     libraries=("numpy", "scipy", "mne", "pandas", "pyarrow"),
     check=check,
     subject=Work(run, (Read("acquire", ("*_raw*.fif",)),)),
+    # One subject's recording may lack EOG channels; the rest of the chain is the study's.
+    by_subject=("eog",),
 )

@@ -81,6 +81,22 @@ def test_a_subject_s_own_options_change_its_key_alone(hrcneuro, study):
     assert before["p2"] != after["p2"]
 
 
+def test_one_subject_without_eog_can_go_without_the_regression(hrcneuro, study, tmp_path):
+    given = (
+        "--set",
+        "preprocess.eog=regression",
+        "--set",
+        'acquire.subjects.p1.channel_types={Oz="eog"}',
+        "--no-figures",
+    )
+    refused = hrcneuro("preprocess", *given, "--workdir", tmp_path, cwd=study)
+    assert refused.code == 3
+    assert "[preprocess.subjects.SUBJECT]" in refused.err
+    own = ("--set", "preprocess.subjects.p2.eog=none")
+    done = hrcneuro("preprocess", *given, *own, "--workdir", tmp_path, "--json", cwd=study)
+    assert done.code == 0, done.err
+
+
 @pytest.mark.parametrize(
     ("setting", "code"),
     [("acquire.montage=auto", 0), ('acquire.drop=["gsr"]', 2), ("acquire.path={subject}.fif", 3)],
