@@ -22,9 +22,7 @@ def parse_toml(path: Path) -> dict[str, Any]:
     """
     data = path.read_bytes()
     if data.startswith(_WIDE):
-        raise ConfigError(
-            f"{path} is in UTF-16; TOML is UTF-8", cure="save the file as UTF-8 (in the editor's Save as)"
-        )
+        raise ConfigError(f"{path} is in UTF-16; TOML is UTF-8", cure=_CURE)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

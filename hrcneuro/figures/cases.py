@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hrcneuro.eeg.significance import ContrastWaves, SignificanceMap
-from hrcneuro.figures.erp import spans
+from hrcneuro.eeg.spans import spans
 from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE, legend_below, shade_gap
 from hrcneuro.figures.topomap import Scalp, Topography
 

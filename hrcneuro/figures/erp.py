@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.spans import spans
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
 from hrcneuro.figures.topomap import Scalp, Topography
 
@@ -188,9 +189,3 @@ def _range(
     low, high = min(float(e.min()) for e in edges), max(float(e.max()) for e in edges)
     room = 0.05 * (high - low) or 1.0
     return low - foot * room, high + room
-
-
-def spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return where a mask, ndarray, shape (n_times,), is true: first sample and first sample after of each stretch."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

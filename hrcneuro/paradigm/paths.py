@@ -25,7 +25,7 @@ PAIRS: tuple[tuple[Tile, Tile], ...] = tuple(
 )
 """The 20 ordered pairs of start and goal."""
 
-_WAYS = {(0, -1): "N", (1, 1): "E", (0, 1): "S", (1, -1): "W"}  # by axis and sign
+_WAYS = {(0 if row else 1, row + column): way for way, (row, column) in STEPS.items()}  # by axis and sign
 
 # First leg in steps, below zero away from the goal, of an axis that is walked in two legs: by its direction and steps.
 _FIRST_LEGS = {(way, 4): (2, 3) for way in STEPS} | {

@@ -8,6 +8,7 @@ import numpy as np
 
 from hrcneuro import published
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.eeg.spans import spans
 
 # An effect shorter than one period of its rhythm is no change of that rhythm; of a potential, whose parts reach up to
 # the edge of the pass band, than the quickest period that is left in it.
@@ -119,9 +120,8 @@ def _lasting(tested: SignificanceMap) -> np.ndarray:
 
 def _long_runs(flags: np.ndarray, least: int) -> np.ndarray:
     """Return the flags, shape (n_times,), without runs shorter than ``least``."""
-    edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(np.int8)))
     kept = np.zeros_like(flags)
-    for start, stop in edges.reshape(-1, 2):
+    for start, stop in spans(flags):
         kept[start:stop] = stop - start >= least
     return kept
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import numpy as np
 
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.sources import labels
-from hrcneuro.sources.recording import Recording
+from hrcneuro.sources.recording import Recording, some
 from hrcneuro.sources.units import is_no_voltage
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def shape(
     Raises:
         ConfigError: An option misspells a channel, there is no such montage, or two channels get one name.
     """
-    sites = labels.sites(recording.ch_names, recording.ch_types, standard_montage().ch_names)
+    sites = labels.sites(recording.ch_names, recording.ch_types, standard_sites())
     in_file = {site: label for label, site in sites.items() if site not in recording.ch_names}
     _drop(recording, tuple(in_file.get(name, name) for name in drop))
     _merge_copies(recording)
@@ -106,7 +107,7 @@ def misspelt(name: str, other: str) -> bool:
     if one == two:
         return True
     numbers = {re.sub(r"\D", "", text) for text in (one, two)} - {""}
-    if len(numbers) > 1 or {one, two} <= {place.lower() for place in standard_montage().ch_names}:
+    if len(numbers) > 1 or {one, two} <= {place.lower() for place in standard_sites()}:
         return False
     short, long = sorted((one, two), key=len)
     if len(long) - len(short) == 1:
@@ -138,14 +139,14 @@ def _merge_copies(recording: Recording) -> None:
 
 def _shorten_and_rename(recording: Recording, rename: Mapping[str, str]) -> None:
     """Give channels the names of the map, and the others that of their site, unless another channel has it."""
-    sites = labels.sites(recording.ch_names, recording.ch_types, standard_montage().ch_names)
+    sites = labels.sites(recording.ch_names, recording.ch_types, standard_sites())
     given = {name.lower() for name in rename.values()}
     sites = {label: site for label, site in sites.items() if label not in rename and site.lower() not in given}
     _rename(recording, sites | dict(rename))
     recording.shortened = frozenset(sites.values())
     if sites:
         listed = [f"{label!r} -> {site}" for label, site in sites.items()]
-        recording.notes.append(f"labels shortened to the electrode's site: {_few(listed)}")
+        recording.notes.append(f"labels shortened to the electrode's site: {some(listed)}")
 
 
 def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
@@ -182,7 +183,7 @@ def _retype(recording: Recording, types: Mapping[str, str]) -> None:
         if why:
             said.setdefault((kind, why), []).append(name)
     recording.notes += [
-        f"taken for {kind.upper()}, not EEG, by the {why}: {_few(names)}" for (kind, why), names in said.items()
+        f"taken for {kind.upper()}, not EEG, by the {why}: {some(names)}" for (kind, why), names in said.items()
     ]
 
 
@@ -200,11 +201,11 @@ def _by_label_or_unit(recording: Recording, i: int) -> tuple[str, str]:
 def _tell_names(recording: Recording) -> None:
     """Note EEG channels that cannot be placed by their names: pairs of electrodes, and several of one name."""
     eeg = [recording.ch_names[i] for i in recording.picks("eeg")]
-    if pairs := labels.bipolar(eeg, standard_montage().ch_names):
-        recording.notes.append(f"channels between two electrodes, without a position of their own: {_few(pairs)}")
+    if pairs := labels.bipolar(eeg, standard_sites()):
+        recording.notes.append(f"channels between two electrodes, without a position of their own: {some(pairs)}")
     if spare := [name for name in eeg if labels.is_spare(name)]:
         recording.notes.append(
-            f"inputs for anything, taken for EEG until acquire.channel_types says what they are: {_few(spare)}"
+            f"inputs for anything, taken for EEG until acquire.channel_types says what they are: {some(spare)}"
         )
     for group in labels.twins(eeg):
         recording.notes.append(
@@ -261,6 +262,12 @@ def standard_montage() -> mne.channels.DigMontage:
     return _named_montage("standard_1005")
 
 
+@functools.cache
+def standard_sites() -> tuple[str, ...]:
+    """Return the names of the 10-05 system; kept, since making the montage for them takes 10 ms each time."""
+    return tuple(standard_montage().ch_names)
+
+
 def _named_montage(name: str) -> mne.channels.DigMontage:
     import mne
 
@@ -274,7 +281,3 @@ def _named_montage(name: str) -> mne.channels.DigMontage:
             cure="correct acquire.montage",
         )
     return mne.channels.make_standard_montage(name)
-
-
-def _few(names: list[str], most: int = 8) -> str:
-    return ", ".join(names[:most]) + (f" … ({len(names)})" if len(names) > most else "")

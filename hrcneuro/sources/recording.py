@@ -98,7 +98,7 @@ def check_signals(recording: Recording) -> None:
     """
     if not recording.picks("eeg"):
         raise DataError(
-            f"the recording has no EEG channel; its channels are {_some(recording.ch_names)}",
+            f"the recording has no EEG channel; its channels are {some(recording.ch_names)}",
             cure="give their types in acquire.channel_types",
         )
     for i in recording.picks(*_SIGNALS):
@@ -176,5 +176,6 @@ def to_raw(recording: Recording, onsets: pd.DataFrame, *, reference: str = "") -
     return raw
 
 
-def _some(names: list[str]) -> str:
+def some(names: list[str]) -> str:
+    """Return names for a person: the first eight, and how many there are where there are more."""
     return ", ".join(names[:8]) + (f" … ({len(names)})" if len(names) > 8 else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.sources.matching import listed
 from hrcneuro.sources.recording import Recording, markers_of
 
 # In the order in which MNE looks for them.
@@ -77,13 +79,14 @@ def _remarks_only(annotations: pd.Series, found: list[Triggers]) -> bool:
 
 
 def _take(recording: Recording, triggers: Triggers) -> None:
-    aside = recording.markers["event"].value_counts(sort=False)
+    aside = Counter(recording.markers["event"])
     recording.markers = markers_of(triggers.samples / recording.sfreq, [_text(code) for code in triggers.codes])
     recording.notes.append(f"markers taken from the trigger channel {triggers.name}")
     recording.notes += triggers.notes
     if len(aside):
-        texts = ", ".join(f"{name} × {count}" for name, count in aside.items())
-        recording.notes.append(f"annotations left aside: {texts}; acquire.markers = 'annotations' takes them instead")
+        recording.notes.append(
+            f"annotations left aside: {listed(aside)}; acquire.markers = 'annotations' takes them instead"
+        )
 
 
 def _candidates(recording: Recording, mask: int) -> list[Triggers]:

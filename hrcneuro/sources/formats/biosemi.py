@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hrcneuro.eeg.spans import spans
+
 TRIGGERS = 0xFFFF
 _EPOCH, _CMS, _BATTERY = 1 << 16, 1 << 20, 1 << 22
 
@@ -35,8 +37,7 @@ def out_of_range(status: np.ndarray) -> list[tuple[int, int]]:
     low = (status & _CMS) == 0
     if low.all() or not low.any():
         return []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return spans(low)
 
 
 def remarks(status: np.ndarray) -> list[str]:

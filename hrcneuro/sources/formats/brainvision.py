@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hrcneuro.errors import DataError
-from hrcneuro.sources.channels import standard_montage
+from hrcneuro.sources.channels import standard_sites
 from hrcneuro.sources.formats import brainvision_text as text
 from hrcneuro.sources.formats.reading import read_raw
 from hrcneuro.sources.kinds import numbered
@@ -46,9 +46,7 @@ class _Channel:
 def read(path: Path) -> Recording:
     """Return the recording; as :func:`hrcneuro.sources.formats.read_recording`."""
     notes: list[str] = []
-    recording = read_raw(path, lambda: _open(path, notes))
-    recording.notes = notes + recording.notes
-    return recording
+    return read_raw(path, lambda: _open(path, notes), notes=notes)
 
 
 def _open(path: Path, notes: list[str]) -> mne.io.BaseRaw:
@@ -212,7 +210,7 @@ def _type(raw: mne.io.BaseRaw, channels: list[_Channel], notes: list[str]) -> No
     placed = [any(one.place) for one in channels]
     if not any(placed):
         return
-    scalp = {name.lower() for name in standard_montage().ch_names}
+    scalp = {name.lower() for name in standard_sites()}
     lost = [
         name
         for name, kind, known in zip(raw.ch_names, raw.get_channel_types(), placed, strict=True)

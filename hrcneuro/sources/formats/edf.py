@@ -35,15 +35,14 @@ def read(path: Path) -> Recording:
     header = read_header(path)
     notes = check_size(header, path.name)
     reader = mne.io.read_raw_bdf if header.width == 3 else mne.io.read_raw_edf
-    recording = read_raw(
+    return read_raw(
         path,
         # Annotations are read here; in latin-1 every byte has a meaning, so MNE refuses none.
         lambda: reader(path, preload=False, encoding="latin1", verbose="warning"),
+        notes=notes,
         finish=lambda raw, recording: _finish(raw, recording, header, path),
         dealt_with=("Number of records from the header", "Omitted", "Limited", "Loading an EDF with mixed"),
     )
-    recording.notes = notes + recording.notes
-    return recording
 
 
 def _finish(raw: mne.io.BaseRaw, recording: Recording, header: Header, path: Path) -> None:

@@ -30,9 +30,7 @@ _BOUNDARY = -99.0  # where all types are numbers
 def read(path: Path) -> Recording:
     """Return the recording; as :func:`hrcneuro.sources.formats.read_recording`."""
     notes: list[str] = []
-    recording = read_raw(path, lambda: _open(path, notes))
-    recording.notes = notes + recording.notes
-    return recording
+    return read_raw(path, lambda: _open(path, notes), notes=notes)
 
 
 def _open(path: Path, notes: list[str]) -> mne.io.BaseRaw:

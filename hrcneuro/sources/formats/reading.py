@@ -7,7 +7,7 @@ import logging
 import re
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from hrcneuro.errors import DataError
 from hrcneuro.sources.formats.pieces import Pieces
+from hrcneuro.sources.matching import listed
 from hrcneuro.sources.recording import CHANNEL_TYPES, Recording, markers_of
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def read_raw(
     path: Path,
     read: Callable[[], mne.io.BaseRaw],
     *,
+    notes: Sequence[str] = (),
     finish: Callable[[mne.io.BaseRaw, Recording], None] | None = None,
     dealt_with: tuple[str, ...] = (),
 ) -> Recording:
@@ -48,6 +50,7 @@ def read_raw(
     Args:
         path: The file, for messages.
         read: Opens it by MNE, its samples still on disk.
+        notes: What the format's own reader has to say; ``read`` may add to it.
         finish: Gives the recording its markers, breaks and spans; without it they are MNE's annotations.
         dealt_with: Parts of warnings that need no note, since ``read`` or ``finish`` does what they warn of.
 
@@ -57,7 +60,7 @@ def read_raw(
     import mne
 
     # MNE warns only where its own level lets it, whatever a user's environment says.
-    with mne.utils.use_log_level("warning"), _complaints() as said, warnings.catch_warnings(record=True) as caught:
+    with mne.utils.use_log_level("warning"), complaints("mne") as said, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         raw = _opened(path, read)
         recording = _converted(raw, path)
@@ -65,23 +68,23 @@ def read_raw(
             sort_marks(recording, marks_of(raw))
         else:
             finish(raw, recording)
-    recording.notes = _notes(caught, said, path, dealt_with) + recording.notes
+    recording.notes = [*notes, *_notes(caught, said, path, dealt_with), *recording.notes]
     return recording
 
 
 @contextlib.contextmanager
-def _complaints() -> Iterator[list[str]]:
-    """Collect what MNE logs as a warning without warning of it; none of it goes to the terminal, where answers go."""
+def complaints(library: str) -> Iterator[list[str]]:
+    """Collect what a library logs as a warning; none of it goes to the terminal, where answers go."""
     said: list[str] = []
     handler = logging.Handler(logging.WARNING)
     handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
-    logger = logging.getLogger("mne")
-    others = list(logger.handlers)
-    logger.handlers = [handler]
+    logger = logging.getLogger(library)
+    before = list(logger.handlers), logger.propagate
+    logger.handlers, logger.propagate = [handler], False
     try:
         yield said
     finally:
-        logger.handlers = others
+        logger.handlers, logger.propagate = before
 
 
 def _opened(path: Path, read: Callable[[], mne.io.BaseRaw]) -> mne.io.BaseRaw:
@@ -179,8 +182,8 @@ def sort_marks(recording: Recording, marks: list[Mark], pieces: Pieces | None = 
     recording.named_breaks = [(at / recording.sfreq, *one) for at, one in sorted(said.items()) if at not in breaks]
     recording.markers = markers_of(onsets, events)
     if lost:
-        counts = ", ".join(f"{name} × {n}" for name, n in Counter(lost).items())
-        recording.notes.append(f"{len(lost)} markers lie where nothing was recorded and are left out: {counts}")
+        counts = Counter(lost)
+        recording.notes.append(f"{len(lost)} markers lie where nothing was recorded and are left out: {listed(counts)}")
 
 
 def marker_name(text: str) -> str:

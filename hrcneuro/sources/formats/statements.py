@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import gzip
 import re
 from pathlib import Path
 from typing import Any
 
 from hrcneuro.sources.formats.brainvision_text import decode
+from hrcneuro.sources.formats.packed import unpacked
 
 # A stream's description stands at the beginning of an XDF file, before its samples.
 _XDF_BYTES = 4_000_000
@@ -91,10 +91,8 @@ def _edf(path: Path) -> str:
 
 
 def _xdf(path: Path) -> str:
-    with path.open("rb") as file:
-        zipped = file.read(2) == b"\x1f\x8b"
-    with gzip.open(path, "rb") if zipped else path.open("rb") as file:
-        return bytes(file.read(_XDF_BYTES)).decode("latin-1")
+    with unpacked(path) as file:
+        return file.read(_XDF_BYTES).decode("latin-1")
 
 
 def _header(path: Path) -> str:

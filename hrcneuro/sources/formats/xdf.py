@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-import gzip
-import logging
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any
 
 import numpy as np
 
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import xdf_time
-from hrcneuro.sources.formats.reading import marker_name
+from hrcneuro.sources.formats.packed import unpacked
+from hrcneuro.sources.formats.reading import complaints, marker_name
 from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import is_no_voltage, voltage_unit
-
-_GZIP = b"\x1f\x8b"
 
 
 def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tolerance: float = 0.01) -> Recording:
@@ -73,40 +68,14 @@ def _load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
         raise ConfigError(
             "reading XDF needs pyxdf, which is not installed", cure="pip install 'hrcneuro[xdf]'"
         ) from error
-    with _complaints() as notes, _opened(path) as file:
+    with complaints("pyxdf") as said, unpacked(path) as file:
         try:
             streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
         except Exception as error:
             # pyxdf raises whatever a damaged chunk leads to; for a person it is one thing.
             raise DataError(f"{path.name} cannot be read as XDF: {error}", cure="copy the recording again") from error
     # Clocks that were set anew are dealt with here by the gaps that they leave.
-    return streams, [note for note in notes if "clock-segments differ" not in note]
-
-
-def _opened(path: Path) -> BinaryIO:
-    # Opened here, since pyxdf leaves a file open that it refuses.
-    file: BinaryIO = path.open("rb")
-    if file.read(2) == _GZIP:
-        file.close()
-        return cast("BinaryIO", gzip.open(path, "rb"))
-    file.seek(0)
-    return file
-
-
-@contextlib.contextmanager
-def _complaints() -> Iterator[list[str]]:
-    """Collect what pyxdf logs of damaged chunks, which it skips, instead of showing it on the terminal."""
-    notes: list[str] = []
-    handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda record: notes.append(f"pyxdf: {record.getMessage()}")  # type: ignore[method-assign]
-    logger = logging.getLogger("pyxdf")
-    before, logger.propagate = logger.propagate, False
-    logger.addHandler(handler)
-    try:
-        yield notes
-    finally:
-        logger.removeHandler(handler)
-        logger.propagate = before
+    return streams, [f"pyxdf: {text}" for text in said if "clock-segments differ" not in text]
 
 
 def _missing(stream: dict[str, Any], path: Path) -> list[str]:
