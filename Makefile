@@ -2,15 +2,18 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 BIN := $(VENV)/bin
-JOBS ?= 2
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+PIP := $(BIN)/pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: all smoke test lint docs bench cases clean
+.PHONY: all smoke test lint docs bench cases installs clean
 .DEFAULT_GOAL := all
 
-all: $(VENV)/ready            ## the whole synthetic study of 12 subjects, ending with results/report.html
+all: $(VENV)/runs             ## the whole synthetic study of 12 subjects, ending with results/report.html
+	@echo "The whole study on $(JOBS) workers: about 20 minutes on two cores, and 8 GB of disk in this folder (cache/)."
+	@echo "Ctrl-C ends it at any time; the same command goes on from there. 'make smoke' is the same in short."
 	$(BIN)/hrcneuro run pipelines/paper.toml -j $(JOBS)
 
-smoke: $(VENV)/ready          ## three short subjects through every stage
+smoke: $(VENV)/runs           ## three short subjects through every stage
 	$(BIN)/hrcneuro run pipelines/smoke.toml -j $(JOBS) --workdir work/smoke
 
 test: lint                    ## lint, types, import arrows, tests, and the smoke study twice
@@ -25,19 +28,33 @@ lint: $(VENV)/ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-docs: $(VENV)/ready           ## the documentation, every link checked, as build/docs/index.html
+docs: $(VENV)/documents       ## the documentation, every link checked, as build/docs/index.html
+	$(BIN)/python docs/generated.py
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 
 bench: $(VENV)/ready          ## speed and memory against the tools that users would pick instead
 	for bench in benchmarks/bench_*.py; do $(BIN)/python $$bench || exit 1; done
 
-cases: $(VENV)/ready         ## small recordings that once broke the product, from FOLDER, as a table
-	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases/eeg)
+cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg and FOLDER/robot, as tables; half an hour
+	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases)/eeg; eeg=$$?; \
+	$(BIN)/python tests/product/robot_cases.py $(or $(FOLDER),../shared/cases)/robot && exit $$eeg
+
+installs:                     ## the product as people install it, from a wheel: pip, pipx, uv, and the oldest libraries allowed
+	$(PYTHON) tests/product/installs.py
 
 clean:
 	rm -rf $(VENV) work cache results build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
-$(VENV)/ready: pyproject.toml constraints.txt
+# What running needs; then what the documentation, and what the tests need besides.
+$(VENV)/runs: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[test,lint]'
+	$(PIP) .
+	touch $@
+
+$(VENV)/documents: $(VENV)/runs
+	$(PIP) '.[docs]'
+	touch $@
+
+$(VENV)/ready: $(VENV)/runs
+	$(PIP) '.[test,lint]'
 	touch $@

@@ -87,7 +87,7 @@ def session(workspace: Workspace) -> bool:
     clock.wait_until = timed_wait  # type: ignore[method-assign]
     start = time.perf_counter()
     with loop:
-        run_session(loop, workspace, moves, lead=None, pace=Pace(), on_executed=lambda _: None)
+        run_session(loop, workspace, moves, lead=None, most_lead=0.2, pace=Pace(), on_executed=lambda _: None)
     seconds = time.perf_counter() - start
     p50, p99 = 1e6 * np.percentile(cycles[1:n], (50, 99))
     used = 1e6 * np.percentile(busy[1:n], 99)
@@ -124,7 +124,7 @@ def tracking(workspace: Workspace, backend: str, driver: str, age: float, figure
     loop, executed = looped(workspace, arm, clock, age=age), []
     try:
         with loop:
-            run_session(loop, workspace, moves, lead=None, pace=Pace(), on_executed=executed.append)
+            run_session(loop, workspace, moves, lead=None, most_lead=0.2, pace=Pace(), on_executed=executed.append)
     except ArmError as error:
         print(f"{backend}: stopped after {len(executed)} of {len(moves)} moves: {error}")
         return False

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -132,8 +132,10 @@ def after_errors(rng: np.random.Generator) -> Found:
     return found
 
 
-def scorers(epochs_uv: np.ndarray) -> Decoders:
-    return Decoders({name: BUILTIN[name] for name in DECODERS}, epochs_uv=lambda rows: epochs_uv[rows], times_s=TIMES)
+def scorers(epochs_uv: np.ndarray) -> Iterator[tuple[str, problem.Decode, bool]]:
+    recipes = {name: BUILTIN[name] for name in DECODERS}
+    made = Decoders(recipes, epochs_uv=lambda rows: epochs_uv[rows], times_s=TIMES)
+    return made.of(made.features_of(np.arange(len(epochs_uv))))
 
 
 def decoding(rng: np.random.Generator) -> Found:
@@ -142,7 +144,7 @@ def decoding(rng: np.random.Generator) -> Found:
         for subject in range(DECODED):
             trials = problem.LabelledTrials(rng.permutation(48) < 17, np.arange(48.0), None)
             plan = problem.draw_plan(trials, SCHEME, rng)
-            for decoder, score, _ in scorers(noise(rng, 48)).of(np.arange(48)):
+            for decoder, score, _ in scorers(noise(rng, 48)):
                 rates = problem.decode(trials, plan, SCHEME, score).fold_rates.mean()
                 rows.append(
                     {"scenario": scenario, "problem": name, "decoder": decoder, "subject": subject, "chance": 60.0}
@@ -167,7 +169,7 @@ def one_subject(rng: np.random.Generator) -> Found:
     for name, known in (("within block", blocks), ("over all blocks (**fails on purpose**)", None)):
         trials = problem.LabelledTrials(labels, np.arange(len(labels), dtype=float), known)
         plan = problem.draw_plan(trials, PERMUTED, rng)
-        _, score, _ = next(scorers(epochs_uv).of(np.arange(len(labels))))
+        _, score, _ = next(scorers(epochs_uv))
         found[f"one subject, labels permuted {name}"] = (
             problem.permutation_test(trials, plan, PERMUTED, score).p <= 0.05
         )

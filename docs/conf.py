@@ -1,10 +1,5 @@
 """The site: ``make docs`` builds it, strictly, into ``build/docs``."""
 
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent / "_ext"))
-
 from hrcneuro import __version__
 
 project = "hrcneuro"
@@ -12,9 +7,8 @@ author = "The hrcneuro founders"
 project_copyright = "the hrcneuro founders, BSD-3-Clause"
 version = release = __version__
 
-extensions = ["myst_parser", "generated"]
+extensions = ["myst_parser"]
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["_ext"]
 # Links to headings are checked as links to pages are.
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]

@@ -6,18 +6,57 @@ Nothing is computed here: what a stage has published is read as it is. ``hrcneur
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro.contract import GROUP
+from hrcneuro import answers
+from hrcneuro.answers import html
+from hrcneuro.contract import GROUP, OF_ALL
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.stages import NAMES as STAGES
 
 if TYPE_CHECKING:
     import mne
     import pandas as pd
 
+    from hrcneuro.io.tables import Table
+
 _GROUP_ONLY = ("simulate",)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A unit's result in a few lines.
+
+    Attributes:
+        head: Stage and unit.
+        lines: What came out.
+    """
+
+    head: str
+    lines: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return "\n".join(answers.block(self.head, self.lines))
+
+    def _repr_html_(self) -> str:
+        return html.preformatted(self.head, self.lines)
+
+
+class Tables(dict[str, "Table"]):
+    """The tables of a unit: file -> its description. A notebook shows every column with its unit and meaning."""
+
+    def _repr_html_(self) -> str:
+        return "".join(
+            html.table(
+                f"{name}: {table.row}",
+                ["column", "type", "unit", "meaning"],
+                [[column, one.type, one.unit, one.text] for column, one in table.columns.items()],
+            )
+            for name, table in self.items()
+        )
 
 
 class Study:
@@ -29,11 +68,20 @@ class Study:
     def __repr__(self) -> str:
         return f"<hrcneuro study in {self.workdir.folder}: {', '.join(self.subjects) or 'nothing has run'}>"
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: which units of which stages have run, and the numbers of each group."""
+        stages = [name for name in STAGES if name in self.stages]
+        units = [*self.subjects, *([GROUP] if any(GROUP in self.stages[name] for name in stages) else [])]
+        rows = [[unit, *("✓" if unit in self.stages[name] else "" for name in stages)] for unit in units]
+        groups = [self.show(name, GROUP) for name in stages if GROUP in self.stages[name]]
+        caption = f"hrcneuro study in {self.workdir.folder}"
+        return html.table(caption, ["unit", *stages], rows) + "".join(one._repr_html_() for one in groups)
+
     @property
     def subjects(self) -> tuple[str, ...]:
         """Subjects of which some stage has run, in the order of their names."""
         ran = self.workdir.keys()
-        return tuple(sorted({unit for stage, unit, _ in ran if unit != GROUP and stage not in _GROUP_ONLY}))
+        return tuple(sorted({unit for stage, unit, _ in ran if unit not in OF_ALL and stage not in _GROUP_ONLY}))
 
     @property
     def stages(self) -> dict[str, tuple[str, ...]]:
@@ -83,12 +131,28 @@ class Study:
         Raises:
             DataError: The unit has not run.
         """
-        from hrcneuro.cache.store import read_record
+        # With the nearest name where there is no such stage or unit.
+        self.path(stage, unit)
+        return self.workdir.summary(stage, unit)
 
-        record = read_record(self.path(stage, unit))
-        if record is None:
-            raise DataError(f"the record of {stage} of {unit} cannot be read", cure="hrcneuro cache verify")
-        return record.summary
+    def show(self, stage: str, unit: str = GROUP) -> Answer:
+        """Return what came out of a unit of a stage, in words and units, as ``hrcneuro show`` prints it.
+
+        Raises:
+            DataError: The unit has not run.
+        """
+        return Answer(f"{stage}, {unit}", tuple(answers.lines(stage, unit, self.summary(stage, unit), every=True)))
+
+    def tables(self, stage: str, unit: str) -> Tables:
+        """Return which tables a unit has, and what their columns mean.
+
+        Raises:
+            DataError: The unit has not run.
+        """
+        from hrcneuro.io.tables import describe
+
+        folder = self.path(stage, unit)
+        return Tables({path.name: describe(path) for path in sorted(folder.glob("*.parquet"))})
 
     def path(self, stage: str, unit: str, file: str = "") -> Path:
         """Return where a unit's folder, or one file of it, lies.

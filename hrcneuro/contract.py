@@ -18,7 +18,16 @@ from typing import Any
 from hrcneuro.errors import DataError
 
 GROUP = "group"
+SWEEP = "sweep"
+OF_ALL = (GROUP, SWEEP)
+"""Units that are no subject: what is computed once, for all."""
+
 Summary = dict[str, Any]
+
+
+def is_piece(unit: str) -> bool:
+    """Return whether a unit is a piece of a sweep, by its name, whatever the configuration asks for."""
+    return unit.startswith(f"{SWEEP}-")
 
 
 def option(
@@ -30,8 +39,11 @@ def option(
     high: float | None = None,
     open_low: bool = False,
     choices: tuple[str, ...] = (),
+    share: bool = False,
+    keys: Mapping[str, Mapping[str, Any]] | None = None,
     path: bool = False,
     keyed: bool = True,
+    recordings: bool = False,
     drawing: bool = False,
     shared: str = "",
 ) -> Any:
@@ -40,18 +52,22 @@ def option(
     Args:
         default: The value without configuration. Lists are given as tuples, tables as dicts.
         help: One line for ``config show`` and the documentation.
-        unit: Unit of a number, for people.
+        unit: Unit of a number, for people. Where it is %, a value of at most 1 is taken for a slip: a share was meant.
         low, high: Inclusive limits of a number, or of each number in a tuple.
         open_low: ``low`` itself is not allowed.
         choices: The allowed strings.
+        share: A number of which 1 is the whole; what is given in percent is asked about.
+        keys: Of a table of lists of numbers: key -> ``low``, ``high``, ``unit``, ``whole`` of its values. Other keys
+            are mistakes, and so are a list without values and a value given twice.
         path: A file or folder; a relative one is taken from the folder of the file that names it.
         keyed: Whether it decides results. What only says where or how, as an address does, stays out of the cache key.
+        recordings: Where that is written which nobody can make again: it may not lie in the cache.
         drawing: Only drawings read it: it is part of their keys and of no stage's.
         shared: Name of a top-level table of the configuration from which this field is filled.
     """
     meta = dict(
-        help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, path=path, keyed=keyed,
-        drawing=drawing, shared=shared,
+        help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, share=share, keys=keys, path=path,
+        keyed=keyed, recordings=recordings, drawing=drawing, shared=shared,
     )  # fmt: skip
     if isinstance(default, dict):
         return field(default_factory=lambda: dict(default), metadata=meta)
@@ -142,16 +158,28 @@ class Work:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Pieces into which the group's work is cut: further units, whose files the group reads under its own stage.
+class Sweep:
+    """A stage's work over a grid of its options: a result of its own, the unit ``sweep`` beside the group.
 
     Attributes:
-        units: Their names; none where nothing is cut.
-        run: Computes one of them, without inputs.
+        parts: Names of the pieces into which it is cut, units of their own; none where no grid is asked for.
+        run: Computes one piece, without inputs.
+        join: Computes the unit ``sweep`` from the files of the pieces, which it reads under its own stage.
+        options: Names of the options that say what is swept; no other unit of the stage reads them.
     """
 
-    units: Callable[[Any], tuple[str, ...]]
+    parts: Callable[[Any], tuple[str, ...]]
     run: Callable[[Any, Inputs, Path], Summary]
+    join: Callable[[Any, Inputs, Path], Summary]
+    options: tuple[str, ...]
+
+    def asked(self, config: Any) -> bool:
+        """Return whether the configuration asks for one."""
+        return bool(self.parts(config))
+
+    def owns(self, config: Any, unit: str) -> bool:
+        """Return whether a unit is the sweep, or a piece of it."""
+        return unit == SWEEP or unit in self.parts(config)
 
 
 @dataclass(frozen=True)
@@ -165,10 +193,14 @@ class Stage:
         libraries: Distributions whose major.minor version decides the result.
         check: Returns sentences that say which values contradict each other.
         subject, group: What is computed for a subject, and for the group; one of them may be absent.
-        parts: How the group's work is cut, where it is.
+        sweep: What is computed over a grid of options, where that can be asked for.
         sources: Label -> external file that decides a unit's result.
+        packages: Distributions of other people's code that the configuration names; their exact version decides the
+            result.
         by_subject: Options of which a subject may have values of its own, under ``[STAGE.subjects.NAME]``.
         sessions: How many units may run at a time.
+        notes: Returns what a person should know before anything of it runs.
+        moves: Whether it is about moves on the grid, so that a study without any has no use for it.
     """
 
     name: str
@@ -178,10 +210,13 @@ class Stage:
     check: Callable[[Any], list[str]]
     subject: Work | None = None
     group: Work | None = None
-    parts: Parts | None = None
+    sweep: Sweep | None = None
     sources: Callable[[Any, str], Mapping[str, Path]] = lambda config, unit: {}
+    packages: Callable[[Any], tuple[str, ...]] = lambda config: ()
     by_subject: tuple[str, ...] = ()
     sessions: Callable[[Any], Sessions] = lambda config: Sessions.SIDE_BY_SIDE
+    notes: Callable[[Any], list[str]] = lambda config: []
+    moves: bool = False
 
 
 @dataclass(frozen=True)
@@ -222,7 +257,7 @@ class Drawings:
     Attributes:
         name: The stage's; a name of its own where it joins several.
         libraries: Distributions whose major.minor version decides the pictures.
-        subject, group: What is drawn for a subject, and for the group.
+        subject, group, sweep: What is drawn for a subject, for the group, and for a sweep.
         chapter: The stage in whose chapter of the report they stand; their own where nothing is said.
     """
 
@@ -230,7 +265,12 @@ class Drawings:
     libraries: tuple[str, ...]
     subject: Drawing | None = None
     group: Drawing | None = None
+    sweep: Drawing | None = None
     chapter: str = ""
+
+    def of(self, unit: str) -> Drawing | None:
+        """Return what is drawn for a unit."""
+        return {GROUP: self.group, SWEEP: self.sweep}.get(unit, self.subject)
 
 
 @dataclass(frozen=True)
@@ -274,5 +314,5 @@ class Inputs:
         return name.format(unit=unit) in self.files.get(stage, {}).get(unit, {})
 
     def units(self, stage: str) -> tuple[str, ...]:
-        """Return the units of a stage whose files are here, in the order of their names, without the group."""
-        return tuple(sorted(unit for unit in self.files.get(stage, {}) if unit != GROUP))
+        """Return the subjects of a stage whose files are here, in the order of their names."""
+        return tuple(sorted(unit for unit in self.files.get(stage, {}) if unit not in OF_ALL))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,32 @@ def matching(table: pd.DataFrame, conditions: Mapping[str, str]) -> dict[str, ND
             f"conditions.{error}",
             cure=f"write a comparison, such as \"event == 'square'\", of its columns: {_columns(table)}",
         ) from error
+
+
+def absent(
+    table: pd.DataFrame, conditions: Mapping[str, str], members: Mapping[str, NDArray[np.bool_]]
+) -> dict[str, str]:
+    """Return the conditions without a trial, by the option that names them, each with the nearest spelling.
+
+    Args:
+        table: The trial table.
+        conditions: Name -> query.
+        members: What :func:`matching` returned.
+    """
+    empty = {name: conditions[name] for name, mask in members.items() if not mask.any()}
+    return {
+        f"conditions.{name}": f"the condition {name} = {query!r}{_nearest(table, query)}"
+        for name, query in empty.items()
+    }
+
+
+def _nearest(table: pd.DataFrame, query: str) -> str:
+    """Return a question after the value that a query may have meant: one of a column that it compares with a text."""
+    for column, _, text in re.findall(r"(\w+)\s*==\s*(['\"])(.*?)\2", query):
+        have = [str(value) for value in table[column].dropna().unique()] if column in table else []
+        if text not in have and (hint := did_you_mean(text, have)):
+            return hint
+    return ""
 
 
 def scenarios(table: pd.DataFrame, split: str) -> list[tuple[str, NDArray[np.bool_]]]:

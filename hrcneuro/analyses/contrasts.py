@@ -13,7 +13,9 @@ from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
     from hrcneuro.eeg.contrasts import Averages, GrandAverage, GroupContrast
     from hrcneuro.eeg.selection import LabelledEpochs, TrialSet
@@ -39,11 +41,15 @@ class ContrastOptions:
     correction: str = option(
         "max", "over all points of the map: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
     )
-    alpha: float = option(published.LEVEL.value, "family-wise error, two-sided", low=0, high=1, open_low=True)
-    cluster_alpha: float = option(0.05, "level of the t threshold that forms clusters", low=0, high=1, open_low=True)
+    alpha: float = option(
+        published.LEVEL.value, "family-wise error, two-sided", low=0, high=1, share=True, open_low=True
+    )
+    cluster_alpha: float = option(
+        0.05, "level of the t threshold that forms clusters", low=0, high=1, share=True, open_low=True
+    )
     exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
     flips: int = option(10_000, "random sign flips beyond that", low=100)
-    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999)
+    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999, share=True)
     seed: int = option(2023, "seed of random sign flips", low=0)
 
 
@@ -81,7 +87,18 @@ def filled_sets(trials: LabelledEpochs, config: ContrastOptions, unit: str) -> t
             cure=f"correct the queries in [conditions]; the epochs' events are: {events}",
         )
     empty = [one.label for one in sets if not one.n]
-    return filled, [f"no trials, so left out: {', '.join(empty)}"] if empty else []
+    notes = [f"no trials, so left out: {', '.join(empty)}"] if empty else []
+    return filled, notes + [
+        f"no trial is of {text}" for text in absent(trials, config).values() if "did you mean" in text
+    ]
+
+
+def absent(trials: LabelledEpochs, config: ContrastOptions) -> dict[str, str]:
+    """Return the conditions without an epoch, as :func:`.conditions.absent` does."""
+    from hrcneuro.analyses import conditions
+
+    members = conditions.matching(trials.table, config.conditions)
+    return conditions.absent(trials.table, config.conditions, members)
 
 
 def trial_counts(sets: Iterable[TrialSet]) -> dict[str, dict[str, int]]:
@@ -161,6 +178,19 @@ def over_subjects(averages: Mapping[str, Averages], config: ContrastOptions, adj
             yield GroupContrast(scenario, name, plus, minus, tuple(units), result)
 
 
+def subject_peaks(
+    averages: Averages, config: ContrastOptions, axes: Mapping[str, Iterable[Any]]
+) -> dict[str, dict[str, Any]]:
+    """Return scenario -> contrast -> where one subject's difference is largest; axes as in :func:`contrast_summary`."""
+    peaks: dict[str, dict[str, Any]] = {}
+    for scenario in dict.fromkeys(scenario for scenario, _ in in_order(averages, config.conditions)):
+        for name, (plus, minus) in config.contrasts.items():
+            if (scenario, plus) in averages and (scenario, minus) in averages:
+                peak, _ = _peak(averages[scenario, plus] - averages[scenario, minus], axes)
+                peaks.setdefault(scenario, {})[name] = {"peak": peak}
+    return peaks
+
+
 def group_summary(
     averages: Mapping[str, Averages],
     tested: list[GroupContrast],
@@ -218,13 +248,8 @@ def contrast_summary(tested: GroupContrast, axes: Mapping[str, Iterable[Any]]) -
         tested: The contrast.
         axes: Name -> labels of each axis of the map, in their order.
     """
-    import numpy as np
-
     result = tested.result
-    labels = [list(values) for values in axes.values()]
-    at = np.unravel_index(int(np.argmax(np.abs(result.difference))), result.difference.shape)
-    place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
-    peak = place | {"difference_uv": float(result.difference[at])}
+    peak, at = _peak(result.difference, axes)
     summary: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
     if result.test is not None:
         test = result.test
@@ -238,6 +263,16 @@ def contrast_summary(tested: GroupContrast, axes: Mapping[str, Iterable[Any]]) -
             "exact": test.exact,
         }
     return summary
+
+
+def _peak(difference: NDArray[np.floating], axes: Mapping[str, Iterable[Any]]) -> tuple[dict[str, Any], Any]:
+    """Return where a map is farthest from 0, as labels of its axes with the value there, and as an index."""
+    import numpy as np
+
+    labels = [list(values) for values in axes.values()]
+    at = np.unravel_index(int(np.argmax(np.abs(difference))), difference.shape)
+    place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
+    return place | {"difference_uv": float(difference[at])}, at
 
 
 def channel_adjacency(positions: pd.DataFrame) -> Any:

@@ -101,7 +101,7 @@ def compare_table(scores: pd.DataFrame, decoders: Sequence[str], seed: int) -> p
 
 
 def summary(scores: pd.DataFrame, tests: pd.DataFrame, decoder: str) -> dict[str, Any]:
-    """Return scenario -> problem -> mean rates, n and p values of one decoder, and who was left out.
+    """Return scenario -> problem -> mean rates, interval, n and p values of one decoder, and who was left out.
 
     Args:
         scores: As :func:`tables` takes them.
@@ -115,6 +115,7 @@ def summary(scores: pd.DataFrame, tests: pd.DataFrame, decoder: str) -> dict[str
         rates = {name: as_json(_mean(part[name])) for name in ("tnr", "tpr", "acc", "bacc", "chance")}
         cells.setdefault(row["scenario"], {})[row["problem"]] = rates | {
             "n": row["n"],
+            "acc_half_width": as_json(group.spread(part["acc"].to_numpy(dtype=float)).half_width),
             "p": as_json(row["p"]),
             "p_holm": as_json(row["p_holm"]),
             "p_above_chance": {rate: as_json(row[f"p_{rate}"]) for rate in ABOVE},

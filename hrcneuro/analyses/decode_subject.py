@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.decoding import chance, problem
-from hrcneuro.decoding.metrics import RATES, bacc_standard_error
+from hrcneuro.decoding.metrics import FALSE_POSITIVES, RATES, bacc_standard_error
+from hrcneuro.decoding.patterns import DecoderPatterns
 from hrcneuro.io.tables import Table
-from hrcneuro.tables.decode import FOLDS, PREDICTIONS, SCORES, STRATA
+from hrcneuro.tables.decode import FOLDS, PATTERNS, PREDICTIONS, ROC, SCORES, STRATA
 
 
 @dataclass
@@ -53,9 +55,32 @@ class ProblemRows:
         self.subject.score(self.shared | key | row | {"note": note})
         self.subject.folds.append(self._folds(decoded).assign(**key))
         self.subject.predictions.append(self._predictions(decoded).assign(**key))
+        roc = pd.DataFrame({"fpr": 100 * FALSE_POSITIVES, "tpr": 100 * decoded.roc})
+        self.subject.roc.append(roc.assign(**key))
         for s in decoded.strata:
             counted = {"cue": s.cue, "value": s.value, "n1": s.n1, "n2": s.n2, "bacc": 100 * s.bacc}
             self.subject.strata.append(key | counted)
+
+    def add_patterns(self, found: DecoderPatterns, channels: Sequence[str]) -> None:
+        """Add a decoder's patterns, or a warning that it has none.
+
+        Args:
+            found: Its patterns and weights.
+            channels: Names of the channels that its features are of.
+        """
+        if found.patterns is None or found.weights is None:
+            sentence = f"{found.decoder} has no patterns: its score is no weighted sum of features"
+            self.subject.warnings += [sentence] if sentence not in self.subject.warnings else []
+            return
+        key = {"scenario": self.shared["scenario"], "problem": self.shared["problem"], "decoder": found.decoder}
+        rows = [
+            (channel, one.measure, one.unit, *one.span_s)
+            for block in found.layout
+            for channel in channels
+            for one in block
+        ]
+        frame = pd.DataFrame(rows, columns=["channel", "measure", "unit", "start_s", "end_s"])
+        self.subject.patterns.append(frame.assign(**key, weight=found.weights, pattern=found.patterns))
 
     def _notes(self, decoded: problem.Decoded, *, permuted: bool) -> list[str]:
         few = [
@@ -98,7 +123,7 @@ class SubjectRows:
     Attributes:
         first_decoder: The decoder that enters the summary, and that a problem without results is recorded under.
         scores, strata: Rows of the tables of these names.
-        folds, predictions: Frames of rows, one a problem and decoder.
+        folds, predictions, roc, patterns: Frames of rows, one a problem and decoder.
         warnings: What the user must know, a sentence each.
     """
 
@@ -106,6 +131,8 @@ class SubjectRows:
     scores: list[dict[str, Any]] = field(default_factory=list)
     folds: list[pd.DataFrame] = field(default_factory=list)
     predictions: list[pd.DataFrame] = field(default_factory=list)
+    roc: list[pd.DataFrame] = field(default_factory=list)
+    patterns: list[pd.DataFrame] = field(default_factory=list)
     strata: list[dict[str, Any]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -157,16 +184,18 @@ class SubjectRows:
             "strata.parquet": (STRATA, pd.DataFrame(self.strata, columns=list(STRATA.columns))),
             "folds.parquet": (FOLDS, _joined(self.folds, FOLDS)),
             "predictions.parquet": (PREDICTIONS, _joined(self.predictions, PREDICTIONS)),
+            "roc.parquet": (ROC, _joined(self.roc, ROC)),
+            "patterns.parquet": (PATTERNS, _joined(self.patterns, PATTERNS)),
         }
 
     def summary(self) -> dict[str, Any]:
-        """Return scenario -> problem -> rates in percent of the first decoder, and the warnings where there are any."""
+        """Return scenario -> problem -> rates in percent of the first decoder, their trials and p, and the warnings."""
         rates: dict[str, Any] = {}
         for row in self.scores:
             if row["decoder"] == self.first_decoder:
                 rates.setdefault(row["scenario"], {})[row["problem"]] = {
-                    name: as_json(row[name]) for name in ("tnr", "tpr", "acc", "bacc", "chance")
-                }
+                    name: as_json(row[name]) for name in ("tnr", "tpr", "acc", "bacc", "chance", "p")
+                } | {name: int(row[name]) for name in ("n1", "n2")}
         return rates | ({"warnings": self.warnings} if self.warnings else {})
 
 

@@ -74,6 +74,24 @@ def milestone_rows(
     return pd.DataFrame(rows, columns=list(MILESTONES.columns))
 
 
+def milestone_summary(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return simulation -> variant -> level (%) -> episode, its 95 % band and minutes by trial duration (s), as JSON.
+
+    ``rows`` are those of :func:`milestone_rows`; None stands for a level that is not reached.
+    """
+    summary: dict[str, Any] = {}
+    for row in rows.to_dict("records"):
+        levels = summary.setdefault(str(row["simulation"]), {}).setdefault(str(row["variant"]), {})
+        reached = {name: _whole(row[name]) for name in ("episode", "earliest", "latest")}
+        level = levels.setdefault(f"{100 * row['level']:g}", reached | {"minutes": {}})
+        level["minutes"][f"{row['trial_s']:g}"] = None if pd.isna(row["minutes"]) else round(float(row["minutes"]), 2)
+    return summary
+
+
+def _whole(number: Any) -> int | None:
+    return None if pd.isna(number) else int(number)
+
+
 def relearning_rows(variants: Sequence[Variant], curves: Sequence[Curve]) -> pd.DataFrame:
     """Return the rows of ``relearning.parquet``: the honest verdict on "without notable loss" (§3.3)."""
     parts = []

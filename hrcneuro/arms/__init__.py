@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hrcneuro.robot.backend import Backend
 
 
-def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Backend, WallClock]:
+def connect(backend: str, *, host: str = "", driver: str = "rtde", max_delay: float = 0.2) -> tuple[Backend, WallClock]:
     """Return an arm that stands still, and the clock of its loop, which should begin at once.
 
     From here on this thread runs before the machine's other work, until the clock's ``restore_priority``.
@@ -26,16 +26,17 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
         backend: "ur", "ursim" or "ros".
         host: Address of the controller, for "ur".
         driver: "rtde" or "script", for "ur" and "ursim".
+        max_delay: The longest time there and back, seconds, for "ur" and "ursim".
 
     Raises:
-        HardwareError: The arm is not there, not ready, or what drives it is not installed.
+        HardwareError: The arm is not there, not ready, answers too slowly, or what drives it is not installed.
     """
     from hrcneuro.arms.clock import WallClock
 
     clock = WallClock()
     clock.raise_priority()
     try:
-        arm = _arm(backend, host, driver, clock)
+        arm = _arm(backend, host, driver, clock, max_delay)
         arm.align()
     except BaseException:
         clock.restore_priority()
@@ -43,7 +44,9 @@ def connect(backend: str, *, host: str = "", driver: str = "rtde") -> tuple[Back
     return arm, clock
 
 
-def _arm(backend: str, host: str, driver: str, clock: WallClock) -> RosArm | ScriptArm | UrArm | UrSim:
+def _arm(
+    backend: str, host: str, driver: str, clock: WallClock, max_delay: float
+) -> RosArm | ScriptArm | UrArm | UrSim:
     if backend == "ros":
         from hrcneuro.arms.ros import RosArm
 
@@ -54,6 +57,7 @@ def _arm(backend: str, host: str, driver: str, clock: WallClock) -> RosArm | Scr
     from hrcneuro.arms.ursim import UrSim
 
     def drive(address: str) -> ScriptArm | UrArm:
-        return ScriptArm(address, clock) if driver == "script" else UrArm(address, clock)
+        arm = ScriptArm if driver == "script" else UrArm
+        return arm(address, clock, max_delay=max_delay)
 
     return UrSim(drive) if backend == "ursim" else drive(host)

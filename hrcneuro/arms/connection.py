@@ -30,6 +30,15 @@ class Connection:
         return self.backend not in ("sim", "ursim")
 
     @property
+    def named_soundly(self) -> bool:
+        """Whether ``host`` may be an address or a name at all."""
+        try:
+            self.host.encode("idna")
+        except UnicodeError:
+            return False
+        return not any(letter.isspace() or not letter.isprintable() for letter in self.host)
+
+    @property
     def simulated(self) -> bool:
         """Whether nothing real can move."""
         # By its number: a name that begins with 127. may stand for any robot.

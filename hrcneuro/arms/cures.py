@@ -5,6 +5,7 @@ from __future__ import annotations
 from hrcneuro.errors import ConfigError, HardwareError, StageError
 from hrcneuro.robot.backend import ArmError, Cause, Stopped
 from hrcneuro.robot.plan import TooQuick
+from hrcneuro.robot.rehearsal import Foreseen
 from hrcneuro.robot.trajectory import NoPath
 from hrcneuro.robot.workspace import CellError, Flaw, WayError
 
@@ -18,14 +19,25 @@ _CAUSES = {
     Cause.NOT_NORMAL: f"read the pendant, clear what it names, {_AGAIN}",
     Cause.SAFETY_BITS: f"leave reduced or recovery mode and clear safeguard stops, {_AGAIN}",
     Cause.PACKETS_LOST: f"check the cable and what else loads this machine, {_AGAIN}",
-    Cause.PROGRAM: f"set the pendant to remote control and let nothing else stop the program, {_AGAIN}",
+    # A CB3 has no remote control mode, unlike the e-Series: its pendant, or whoever sends a program, stops this one.
+    Cause.PROGRAM: (
+        "on the pendant close what message it shows, and leave its play, pause and stop alone; let no other program or "
+        f"client send to the robot, {_AGAIN}"
+    ),
+    Cause.LATE: f"keep this machine awake and free of other work, and let nothing suspend the session, {_AGAIN}",
+    Cause.NOT_KEPT: f"free space where recordings lie (robot.rescue_folder), {_AGAIN}",
     Cause.SLIDER: f"set it to 100 %, {_AGAIN}",
     Cause.NO_NUMBER: "check robot.cell and the path that was asked for",
     Cause.OUT_OF_BOX: "check robot.cell and the path that was asked for",
+    Cause.OFF_PATH: (
+        "see that nothing holds the arm, that robot.lead_s (best left out: it is measured) and robot.gain suit it, and "
+        f"that nothing delays this machine, {_AGAIN}"
+    ),
     Cause.TIP_ASTRAY: "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
     Cause.JOINT_ASTRAY: "see that nothing holds the arm",
     Cause.STARTS_OUTSIDE: "bring it above the screen with the pendant, or correct robot.cell",
     Cause.STARTS_FOLDED: "bring the arm near its home position with the pendant",
+    Cause.SLOW_ANSWER: "connect the robot by a cable of its own, without radio, tunnel or busy switches in between",
     Cause.NO_RESPONSE: "see that its program runs and takes velocities, or give robot.lead_s",
     Cause.OTHER_RESPONSE: "look for other programs that command it, or give robot.lead_s",
 }
@@ -34,15 +46,40 @@ _CAUSES = {
 _FLAWS = {
     Flaw.NO_ROOM: "choose robot.cell.hover and robot.cell.home between robot.cell.floor and ceiling",
     Flaw.OUT_OF_BOX: "widen the box: robot.cell.margin, floor and ceiling",
-    Flaw.OUT_OF_REACH: "bring the cell nearer to the arm: robot.cell.base_height, near_edge or tool",
+    Flaw.OUT_OF_REACH: "bring the cell nearer to the arm: robot.cell.base_height, near_edge, tool or home",
+    Flaw.OUT_OF_RANGE: "choose robot.cell.seed_deg nearer to zero: a whole turn less is the same pose",
     Flaw.SINGULAR: "move the cell away from the arm's singular region: robot.cell.base_height, near_edge or tool",
 }
 
 
-def with_cure(error: BaseException) -> BaseException:
-    """Return what the numbers of a session raise with what a person can do about it; any other error as it is."""
+_FORESEEN = {
+    Cause.OUT_OF_BOX: (
+        "lower robot.approach_speed, approach_acceleration and approach_jerk, stop harder (robot.stop_deceleration, "
+        "stop_jerk), or widen the box: robot.cell.margin, floor and ceiling"
+    ),
+    Cause.OFF_PATH: (
+        "lower robot.approach_speed, approach_acceleration and approach_jerk, raise robot.t_f_s, or allow more "
+        "(robot.max_path_error_mm); see that robot.gain and damping suit the arm"
+    ),
+}
+
+
+_PATIENCE = "or let the session bear packets that come late: --patient"
+
+
+def with_cure(error: BaseException, *, may_be_patient: bool = False) -> BaseException:
+    """Return what the numbers of a session raise with what a person can do about it; any other error as it is.
+
+    Args:
+        error: What was raised.
+        may_be_patient: Whether the session's own controller is driven, and could be driven on late packets.
+    """
+    if isinstance(error, Foreseen):
+        return ConfigError(error.problem, cure=_FORESEEN.get(error.cause, _FORESEEN[Cause.OFF_PATH]))
     if isinstance(error, ArmError):
         cure = _CAUSES[error.cause]
+        if may_be_patient and error.cause is Cause.PACKETS_LOST:
+            cure = f"{cure}; {_PATIENCE}"
         if isinstance(error, Stopped) and not error.rests:
             cure = f"press the emergency stop; {cure}"
         return HardwareError(error.problem, cure=cure)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import socket
 
+from hrcneuro.arms.clock import seconds
 from hrcneuro.errors import HardwareError
 
-_PORT = 29999
+_PORT, _RTDE = 29999, 30004
+_VERSION_QUESTION = b"\0\3v"  # "which software is this?", of any RTDE version
 
 
 def ask(host: str, *questions: str, timeout: float = 2.0) -> list[str]:
@@ -64,6 +66,63 @@ def check_ready(host: str) -> None:
             f"a program is on the robot at {host} already ({program}); driving the arm would end it",
             cure="let it finish, or stop it on the pendant",
         )
+
+
+def check(host: str, max_delay: float) -> None:
+    """Check that a robot can be driven, and answers within ``max_delay`` seconds.
+
+    Raises:
+        HardwareError: It is not there or not ready, or answers too slowly.
+    """
+    # In this order: an arm that another session drives is not asked further.
+    check_ready(host)
+    check_delay(host, max_delay)
+
+
+def check_delay(host: str, most: float, *, tries: int = 5) -> None:
+    """Check that the robot answers quickly, by the quickest of a few questions to its RTDE.
+
+    A delay that is the same for every packet shows in no packet's age: it must be measured there and back.
+
+    Raises:
+        HardwareError: The quickest answer takes longer than ``most`` seconds.
+    """
+    try:
+        with socket.create_connection((host, _RTDE), 2.0) as link:
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            quickest = min(_answer_time(link) for _ in range(tries))
+    except OSError:
+        # What drives the arm says better what is the matter.
+        return
+    if quickest > most:
+        raise HardwareError(
+            f"the robot at {host} answers after {1e3 * quickest:.0f} ms at the quickest; {1e3 * most:.0f} ms are "
+            "allowed (robot.max_lead_s); nothing has moved",
+            cure="connect it by a cable of its own, without radio, tunnel or busy switches in between",
+        )
+
+
+def _answer_time(link: socket.socket) -> float:
+    begin = seconds()
+    link.sendall(_VERSION_QUESTION)
+    size = int.from_bytes(exactly(link, 2), "big")
+    exactly(link, size - 2)
+    return seconds() - begin
+
+
+def exactly(link: socket.socket, size: int) -> bytes:
+    """Return the next ``size`` bytes of a connection.
+
+    Raises:
+        OSError: It was closed before, or they did not come in time.
+    """
+    data = b""
+    while len(data) < size:
+        piece = link.recv(size - len(data))
+        if not piece:
+            raise OSError("the connection was closed")
+        data += piece
+    return data
 
 
 def stop_by_script(host: str, deceleration: float, *, timeout: float = 0.2) -> None:

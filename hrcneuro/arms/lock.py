@@ -1,67 +1,68 @@
-"""One session an arm: who drives it holds a lock on this machine, which ends with the process however that ends."""
+"""One session an arm: who drives it holds a name in the kernel, which is gone with the process however that ends.
+
+The name is a Unix socket's in Linux's abstract space. No file lies anywhere, so that neither another account nor
+another folder for temporary files (TMPDIR, PrivateTmp=) hides one session from another.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
+import errno
 import hashlib
-import os
 import socket
-import tempfile
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 
 from hrcneuro.errors import HardwareError
 
+_LONGEST = 100  # characters of a command line
+
 
 @contextlib.contextmanager
-def exclusive(backend: str, host: str, subject: str) -> Iterator[None]:
-    """Keep the arm of ``backend`` at ``host`` for ``subject``'s session alone.
+def exclusive(backend: str, host: str) -> Iterator[None]:
+    """Keep the arm of ``backend`` at ``host`` for one session alone.
 
     Raises:
-        HardwareError: Another session on this machine drives it, or its lock cannot be opened.
+        HardwareError: Another session on this machine drives it.
     """
     arm = f"{backend} at {host}" if host else backend
-    place = _place(backend, host)
-    try:
-        file = _open(place)
-    except OSError as error:
-        raise HardwareError(
-            f"the lock of the arm ({arm}), {place}, cannot be opened: {error.strerror}",
-            cure="see who owns that file, and that the folder for temporary files (TMPDIR) can be written",
-        ) from error
-    try:
+    address = _address(backend, host)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as name:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = os.pread(file, 200, 0).decode(errors="replace") or "another session"
+            name.bind(address)
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
             raise HardwareError(
-                f"the arm ({arm}) is driven by {holder}; nothing has moved",
+                f"the arm ({arm}) is driven by {_holder(address)}; nothing has moved",
                 cure="wait until that session has ended, or end it with Ctrl-C where it runs",
-            ) from None
-        # The file stays: were it removed, a third session could lock a new one beside a second that has the old.
-        os.ftruncate(file, 0)
-        os.pwrite(file, f"process {os.getpid()}, the session of {subject}".encode(), 0)
+            ) from error
+        # Who asks for the holder connects, and is told by the kernel; nobody needs to answer.
+        name.listen(128)
         yield
-    finally:
-        os.close(file)
 
 
-def _place(backend: str, host: str) -> Path:
+def _address(backend: str, host: str) -> str:
     # A name and its number are one arm.
     with contextlib.suppress(OSError, UnicodeError):
         host = socket.gethostbyname(host) if host else host
-    name = hashlib.sha256(f"{backend} {host}".encode()).hexdigest()[:16]
-    return Path(tempfile.gettempdir()) / f"hrcneuro-arm-{name}.lock"
+    return f"\0hrcneuro-arm-{hashlib.sha256(f'{backend} {host}'.encode()).hexdigest()[:16]}"
 
 
-def _open(place: Path) -> int:
-    # Not created where it is there already: in a folder that all may write, Linux refuses to create over another
-    # account's file, but lets it be opened.
+def _holder(address: str) -> str:
+    """Return who holds the name: the number of the process and its command line, as far as they can be seen."""
     try:
-        return os.open(place, os.O_RDWR | os.O_NOFOLLOW)
-    except FileNotFoundError:
-        file = os.open(place, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-        with contextlib.suppress(OSError):
-            os.fchmod(file, 0o666)
-        return file
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
+            link.setblocking(False)
+            link.connect(address)
+            pid, _, _ = struct.unpack("3i", link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+    except OSError:
+        return "another session"
+    words: list[str] = []
+    # Not there in another space of processes, not to be read where the system hides other accounts' processes.
+    with contextlib.suppress(OSError):
+        words = Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8", errors="replace").split("\0")
+    line = " ".join(words).strip()
+    line = line if len(line) <= _LONGEST else f"{line[:_LONGEST]} …"
+    return f"process {pid} ({line})" if line else f"process {pid}"

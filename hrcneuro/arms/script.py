@@ -12,7 +12,7 @@ import struct
 import threading
 
 from hrcneuro.arms.clock import Stamps, WallClock
-from hrcneuro.arms.dashboard import check_ready
+from hrcneuro.arms.dashboard import check, exactly
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import EMERGENCY, NORMAL, PAUSED, PLAYING, PROTECTIVE, Packet
 
@@ -27,13 +27,13 @@ _SAFETY_BITS = {1: NORMAL, 3: PROTECTIVE, 6: EMERGENCY, 7: EMERGENCY}
 class ScriptArm:
     """A backend; connecting sends nothing."""
 
-    def __init__(self, host: str, clock: WallClock) -> None:
+    def __init__(self, host: str, clock: WallClock, *, max_delay: float = 0.2) -> None:
         """Connect, and wait for the first packet.
 
         Raises:
             HardwareError: The robot is not there, not ready, or sends other packets.
         """
-        check_ready(host)
+        check(host, max_delay)
         self._host, self._clock, self._stamps = host, clock, Stamps()
         self._packet: Packet | None = None
         self._arrived = threading.Condition()
@@ -85,10 +85,10 @@ class ScriptArm:
     def _read(self) -> None:
         try:
             while True:
-                (size,) = struct.unpack(">i", self._exactly(4))
+                (size,) = struct.unpack(">i", exactly(self._link, 4))
                 if not 4 + 8 * _DOUBLES <= size <= 4096:
                     raise OSError(f"packets of {size} bytes, not 1108 or more")
-                values = struct.unpack_from(f">{_DOUBLES}d", self._exactly(size - 4))
+                values = struct.unpack_from(f">{_DOUBLES}d", exactly(self._link, size - 4))
                 with self._arrived:
                     self._packet = self._state(values)
                     self._arrived.notify_all()
@@ -96,15 +96,6 @@ class ScriptArm:
             with self._arrived:
                 self._problem = str(error)
                 self._arrived.notify_all()
-
-    def _exactly(self, size: int) -> bytes:
-        data = b""
-        while len(data) < size:
-            piece = self._link.recv(size - len(data))
-            if not piece:
-                raise OSError("the connection was closed")
-            data += piece
-        return data
 
     def _state(self, values: tuple[float, ...]) -> Packet:
         # Between two lines no program runs, which is no reason to stop; a paused one is.

@@ -10,7 +10,7 @@ import sys
 
 from hrcneuro.arms import ur_process as process
 from hrcneuro.arms.clock import Stamps, WallClock
-from hrcneuro.arms.dashboard import check_ready, stop_by_script
+from hrcneuro.arms.dashboard import check, stop_by_script
 from hrcneuro.errors import HardwareError
 from hrcneuro.robot.backend import NORMAL, PERIOD, PLAYING, Packet
 
@@ -23,7 +23,7 @@ _FRESH = 0.1  # s; a driver without packets for longer is not asked to stop the 
 class UrArm:
     """A backend; connecting uploads ur_rtde's program and moves nothing."""
 
-    def __init__(self, host: str, clock: WallClock) -> None:
+    def __init__(self, host: str, clock: WallClock, *, max_delay: float = 0.2) -> None:
         """Connect.
 
         Raises:
@@ -31,7 +31,7 @@ class UrArm:
         """
         if importlib.util.find_spec("rtde_control") is None:
             raise HardwareError("ur_rtde is not installed", cure="pip install 'hrcneuro[ur]'")
-        check_ready(host)
+        check(host, max_delay)
         self._host, self._clock, self._stamps = host, clock, Stamps()
         self._number = 0
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

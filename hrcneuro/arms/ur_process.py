@@ -17,6 +17,7 @@ import sys
 import threading
 from typing import Any
 
+from hrcneuro.arms.clock import seconds
 from hrcneuro.robot.backend import PERIOD
 
 # Of speedJ: it must exceed the tile moves' 5 rad/s², or the arm falls behind; the loop bounds what is asked.
@@ -24,6 +25,7 @@ _ACCELERATION = 15.0
 # Inputs must come this often, Hz, or the controller stops the program: a killed driver's arm rests within 0.25 s.
 WATCHDOG = 10.0
 _AWAKE = 0.03  # s between signs of life while the arm rests
+_SESSION_LIVES = 0.1  # s; a session that asks for nothing for longer is suspended or hangs: nobody supervises
 _LONGEST = 5.0  # s, of one request; then the kernel ends this process
 
 REQUEST = struct.Struct("=cI6d")  # what, number, six values
@@ -68,6 +70,7 @@ class _Driver:
     def __init__(self, link: socket.socket, receive: Any, control: Any) -> None:
         self._link, self._receive, self._control = link, receive, control
         self._moving = False
+        self._asked = seconds()
         self._turn = threading.Lock()
 
     def serve(self) -> None:
@@ -75,6 +78,7 @@ class _Driver:
         threading.Thread(target=self._keep_awake, daemon=True).start()
         while request := self._link.recv(REQUEST.size):
             what, number, *values = REQUEST.unpack(request)
+            self._asked = seconds()
             signal.setitimer(signal.ITIMER_REAL, _LONGEST)
             with self._turn:
                 self._do(what, values)
@@ -109,12 +113,13 @@ class _Driver:
         return packet
 
     def _keep_awake(self) -> None:
-        # Between moves the session may compute for longer than the watchdog waits. Only a resting arm is kept awake:
-        # in a move, a loop that hangs must stop the arm.
+        # Between moves a cycle of the session may take longer than the watchdog waits. Only a resting arm is kept
+        # awake, and only for a session that is there: in a move, a loop that hangs must stop the arm, and at rest
+        # nothing may move after a gap.
         rest = threading.Event()
         while not rest.wait(_AWAKE):
             with self._turn:
-                if not self._moving:
+                if not self._moving and seconds() - self._asked <= _SESSION_LIVES:
                     self._control.kickWatchdog()
 
 

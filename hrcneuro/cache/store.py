@@ -6,33 +6,29 @@ Correctness rests on one rename; the per-key lock only saves double work.
 from __future__ import annotations
 
 import contextlib
-import json
+import errno
 import os
+import secrets
 import shutil
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from hrcneuro.cache import fingerprint
-from hrcneuro.errors import ConfigError, StageError
+from hrcneuro.cache.disk import flush, guarded, make_folder, remove, share
+from hrcneuro.cache.locks import BEAT_S, Lock, wait_for
+from hrcneuro.cache.record import RECORD, Entry, Record, entry_of, fault, flaw, is_key, read_record, write_record
+from hrcneuro.errors import HrcError
 
-RECORD = "record.json"
-_TEMPORARY = ".tmp-"
-
-
-@dataclass(frozen=True)
-class Record:
-    """What an entry holds and how it came to be."""
-
-    stage: str
-    unit: str
-    key: str
-    parts: Mapping[str, Any]
-    outputs: Mapping[str, Mapping[str, Any]]  # file name -> sha256, size
-    summary: Mapping[str, Any] = field(default_factory=dict)
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+PATIENCE_S = 6 * BEAT_S
+"""So long a lock's holder on another machine may give no sign of life."""
+_TEMPORARY, _OLD = ".tmp-", "-old"
+_DROPPED, _QUARANTINE, _LOCKS = ".dropped", ".quarantine", ".locks"
+# Of no concern to those who wait for a lock: what comes next fails of the same, and says it.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+# What renaming says of a place where another folder is.
+_TAKEN = (errno.ENOTEMPTY, errno.EEXIST)
 
 
 class Store:
@@ -49,53 +45,91 @@ class Store:
         """Return the record of a sound entry, or None; ``verify`` reads every byte."""
         folder = self.folder(stage, unit, key)
         record = read_record(folder)
-        return record if record is not None and not fault(folder, record, verify=verify) else None
+        return record if record is not None and not fault(folder, record, (stage, unit, key), verify=verify) else None
 
     def diagnose(self, stage: str, unit: str, key: str, *, verify: bool = False) -> str:
         """Return what is wrong with an entry that is there; an empty string where it is sound or absent."""
-        folder = self.folder(stage, unit, key)
-        if not folder.exists():
-            return ""
-        record = read_record(folder)
-        return (
-            "record.json is missing, unreadable or altered" if record is None else fault(folder, record, verify=verify)
-        )
+        with self.guarded():
+            return flaw(self.folder(stage, unit, key), (stage, unit, key), verify=verify)
 
     def quarantine(self, stage: str, unit: str, key: str) -> Path:
         """Move a bad entry out of the way and return where it went."""
-        bad = self.root / ".quarantine" / f"{stage}-{unit}-{key}-{time.time_ns()}"
         with self.guarded():
-            bad.parent.mkdir(parents=True, exist_ok=True)
-            with contextlib.suppress(FileNotFoundError):
-                self.folder(stage, unit, key).rename(bad)
+            return self._quarantine(self.folder(stage, unit, key), (stage, unit, key))
+
+    def _quarantine(self, folder: Path, entry: Entry) -> Path:
+        bad = self.root / _QUARANTINE / f"{'-'.join(entry)}-{time.time_ns()}"
+        make_folder(bad.parent, self.root)
+        with contextlib.suppress(FileNotFoundError):
+            folder.rename(bad)
         return bad
 
     @contextlib.contextmanager
-    def lock(self, stage: str, unit: str, key: str) -> Iterator[None]:
-        """Hold the key's lock; others who want to compute the same wait here."""
-        from filelock import FileLock
+    def lock(
+        self,
+        stage: str,
+        unit: str,
+        key: str,
+        *,
+        tell: Callable[[str], None] = lambda text: None,
+        patience_s: float = PATIENCE_S,
+    ) -> Iterator[None]:
+        """Hold the key's lock; others who want to compute the same wait here.
 
+        Where there is no lock to be had, the work goes on without: it may then be done twice, never wrongly.
+
+        Args:
+            stage, unit, key: The entry.
+            tell: Is told who is waited for, and why the work goes on without a lock.
+            patience_s: So long a holder on another machine may give no sign of life.
+
+        Raises:
+            ConfigError: There is no cache, and it cannot be made.
+        """
+        lock = self._lock(stage, unit, key)
+        held = False
         with self.guarded():
-            lock = FileLock(self._lock_file(stage, unit, key))
-            lock.acquire()
+            make_folder(self.root, self.root)
+        try:
+            make_folder(lock.place.parent, self.root)
+            held = wait_for(lock, tell, patience_s=patience_s)
+        except OSError as error:
+            if error.errno not in _NO_ROOM:
+                tell(f"no lock can be had, the work goes on without: {lock.place}: {error.strerror}")
         try:
             yield
         finally:
-            lock.release()
+            if held:
+                lock.release()
 
-    def _lock_file(self, stage: str, unit: str, key: str) -> Path:
-        folder = self.root / ".locks"
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder / f"{stage}-{unit}-{key}.lock"
+    def flaw_of_locks(self, named: Path | None = None) -> str:
+        """Say that the kernel holds no locks in this cache; empty where it does, or nothing can be tried."""
+        lock = self._lock("probe", str(os.getpid()), f"{time.time_ns():x}")
+        try:
+            make_folder(lock.place.parent, self.root)
+            if lock.take():
+                lock.release()
+            lock.place.unlink(missing_ok=True)
+        except OSError:
+            return ""
+        if not lock.flaw:
+            return ""
+        return (
+            f"file locks do not work in {named or self.root} ({lock.flaw}): files stand in for them; two runs may do "
+            "the same work twice, and what appears is whole all the same"
+        )
+
+    def _lock(self, stage: str, unit: str, key: str) -> Lock:
+        return Lock(self.root / _LOCKS / f"{stage}-{unit}-{key}.lock", f"which computes {stage} of {unit}")
 
     @contextlib.contextmanager
     def workspace(self, stage: str, unit: str, key: str) -> Iterator[Path]:
         """Yield an empty folder beside the entry's place; it is gone afterwards unless it was published."""
         parent = self.folder(stage, unit, key).parent
         with self.guarded():
-            parent.mkdir(parents=True, exist_ok=True)
-            folder = parent / f"{_TEMPORARY}{key}-{os.getpid()}"
-            shutil.rmtree(folder, ignore_errors=True)
+            make_folder(parent, self.root)
+            # Where locks fail, a process of another machine may have our number.
+            folder = parent / f"{_TEMPORARY}{key}-{secrets.token_hex(4)}-{os.getpid()}"
             folder.mkdir()
         try:
             yield folder
@@ -107,114 +141,137 @@ class Store:
         with self.guarded():
             outputs = {}
             for path in sorted(p for p in work.rglob("*") if p.is_file()):
-                _flush(path)
+                flush(path)
                 name = path.relative_to(work).as_posix()
                 outputs[name] = {"sha256": fingerprint.file_digest(path), "size": path.stat().st_size}
             full = Record(**{**asdict(record), "outputs": outputs})
             write_record(work, full)
-            _flush(work / RECORD)
-            _flush(work)
-            entry = (record.stage, record.unit, record.key)
-            target, old = self.folder(*entry), work.with_name(f"{work.name}-old")
-            if self.diagnose(*entry):
-                self.quarantine(*entry)
-            elif target.exists():
-                target.rename(old)
-            work.rename(target)
-            _flush(target.parent)
-            shutil.rmtree(old, ignore_errors=True)
+            for path in (work, *work.rglob("*")):
+                share(path, self.root)
+            flush(work / RECORD)
+            flush(work)
+            self._put(work, (record.stage, record.unit, record.key))
         return full
+
+    def _put(self, work: Path, entry: Entry) -> None:
+        """Let ``work`` take the entry's place; where locks fail, others may do the same at the same time."""
+        target, old = self.folder(*entry), work.with_name(f"{work.name}{_OLD}")
+        while True:
+            try:
+                shutil.rmtree(old, ignore_errors=True)
+                with contextlib.suppress(FileNotFoundError):
+                    target.rename(old)
+                # Judged where nobody else replaces it meanwhile: else a sound one could pass for bad.
+                if flaw(old, entry):
+                    self._quarantine(old, entry)
+                work.rename(target)
+                break
+            except OSError as error:
+                if error.errno not in _TAKEN:
+                    raise
+        flush(target.parent)
+        shutil.rmtree(old, ignore_errors=True)
 
     def entries(self) -> list[Path]:
         """Return the folders of all visible entries, in the order of their names."""
-        return sorted(
-            p for p in self.root.glob("*/*/*") if p.is_dir() and not any(q.startswith(".") for q in p.parts[-3:])
-        )
+        with self.guarded():
+            return sorted(
+                p
+                for p in self.root.glob("*/*/*")
+                # What has another name is none of this cache's: somebody may have put a recording there.
+                if is_key(p.name) and p.is_dir() and not any(q.startswith(".") for q in p.parts[-3:])
+            )
+
+    def entries_of(self, stage: str, unit: str) -> set[Entry]:
+        """Return the visible entries of a stage and unit, under whatever key."""
+        with self.guarded():
+            return {(stage, unit, p.name) for p in (self.root / stage / unit).glob("*") if is_key(p.name)}
+
+    def quarantined(self) -> list[Path]:
+        """Return the bad entries that were moved out of the way."""
+        return sorted(self.root.glob(f"{_QUARANTINE}/*"))
 
     def leftovers(self) -> list[Path]:
         """Return what interrupted runs left behind, and what was quarantined."""
-        return sorted([*self.root.glob(f"*/*/{_TEMPORARY}*"), *self.root.glob(".quarantine/*")])
+        return sorted([*self.root.glob(f"*/*/{_TEMPORARY}*"), *self.quarantined()])
+
+    def drop(self, folders: Iterable[Path], used: Callable[[], Container[Entry]]) -> list[Path]:
+        """Remove visible entries that nobody points at; return those that went, not what somebody points at by now.
+
+        They are taken out of sight first, and then it is asked once more which are ``used``: who claims an entry and
+        sees it after that is noticed here, and who claims it later sees it no more.
+        """
+        place = self.root / _DROPPED / f"{time.time_ns():x}-{secrets.token_hex(4)}"
+        aside: dict[Path, Path] = {}
+        back: list[Path] = []
+        try:
+            with self.guarded():
+                for folder in folders:
+                    out = place.joinpath(*entry_of(folder))
+                    # Gone already, or another process has just removed our folder, which was empty: then it stays.
+                    with contextlib.suppress(FileNotFoundError):
+                        make_folder(out.parent, self.root)
+                        folder.rename(out)
+                        aside[out] = folder
+        finally:
+            back = self._settle(aside, used)
+        return [folder for out, folder in aside.items() if out not in back]
+
+    def settle(self, used: Callable[[], Container[Entry]]) -> None:
+        """Bring to an end what a killed ``drop`` began."""
+        self._settle([p for p in self.root.glob(f"{_DROPPED}/*/*/*/*") if is_key(p.name)], used)
+
+    def _settle(self, aside: Iterable[Path], used: Callable[[], Container[Entry]]) -> list[Path]:
+        """Put dropped entries back where somebody points at them, else remove them; return those that were put back."""
+        entries = {out: entry_of(out) for out in aside}
+        try:
+            wanted = used() if entries else ()
+        except HrcError:
+            # While it is not known what is pointed at, nothing may go.
+            self._clear(entries, set(entries.values()))
+            raise
+        return self._clear(entries, wanted)
+
+    def _clear(self, entries: Mapping[Path, Entry], wanted: Container[Entry]) -> list[Path]:
+        back = [out for out, entry in entries.items() if entry in wanted]
+        with self.guarded():
+            for out in back:
+                self._restore(out, self.folder(*entries[out]))
+            for out in entries:
+                remove(out)
+        # What is not empty is another process's, which is about to put an entry there.
+        for pattern in ("*/*/*", "*/*", "*"):
+            for folder in self.root.glob(f"{_DROPPED}/{pattern}"):
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+        return back
+
+    def _restore(self, aside: Path, target: Path) -> None:
+        """Put an entry back into its place; where another has been made meanwhile, it is not needed."""
+        try:
+            aside.rename(target)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            if error.errno not in _TAKEN:
+                raise
 
     def sweep(self) -> None:
-        """Remove the temporary folders of processes that are gone: those whose lock nobody holds."""
-        from filelock import FileLock, Timeout
+        """Remove the temporary folders of processes that are gone: those whose lock nobody holds.
 
+        An entry that was being replaced when its process was killed goes back into its place.
+        """
         for folder in self.root.glob(f"*/*/{_TEMPORARY}*"):
             key = folder.name.removeprefix(_TEMPORARY).partition("-")[0]
-            with contextlib.suppress(Timeout, OSError):
-                lock = self._lock_file(folder.parent.parent.name, folder.parent.name, key)
-                with FileLock(lock, timeout=0):
+            lock = self._lock(folder.parent.parent.name, folder.parent.name, key)
+            with contextlib.suppress(OSError):
+                make_folder(lock.place.parent, self.root)
+                if lock.take():
+                    if folder.name.endswith(_OLD):
+                        self._restore(folder, folder.parent / key)
                     shutil.rmtree(folder, ignore_errors=True)
+                    lock.release()
 
     def guarded(self) -> contextlib.AbstractContextManager[None]:
-        """Turn a full or read-only disk into an error with a cure."""
+        """Turn what the disk refuses into an error with a cure."""
         return guarded(self.root)
-
-
-@contextlib.contextmanager
-def guarded(place: Path) -> Iterator[None]:
-    """Turn a full or read-only disk under ``place`` into an error with a cure."""
-    try:
-        yield
-    except OSError as error:
-        raise explain_os_error(error, place) from error
-
-
-def explain_os_error(error: OSError, root: Path) -> ConfigError | StageError:
-    """Return the error that a person can act on."""
-    import errno
-
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return StageError(
-            f"the disk of {root} is full",
-            cure="free space ('hrcneuro cache gc' drops unused entries) or choose another place: --workdir DIR",
-        )
-    if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
-        return ConfigError(
-            f"{root} cannot be written: {error.strerror}",
-            cure="give yourself the right to write there, or choose another place: --workdir DIR or HRCNEURO_CACHE",
-        )
-    return StageError(f"the disk of {root} failed: {error}", cure="check the disk, then run the same command again")
-
-
-def write_record(folder: Path, record: Record) -> None:
-    """Write ``record.json``, with a seal: the digest of everything else in it."""
-    # Through JSON and back, so that the seal is of what a reader will see.
-    content = json.loads(json.dumps(asdict(record)))
-    text = json.dumps({**content, "seal": fingerprint.digest(content)}, indent=1, sort_keys=True)
-    (folder / RECORD).write_text(f"{text}\n", encoding="utf-8")
-
-
-def read_record(folder: Path) -> Record | None:
-    """Return the record of an entry, or None where it is missing, unreadable or not as it was written."""
-    try:
-        content = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-        seal = content.pop("seal")
-        return Record(**content) if seal == fingerprint.digest(content) else None
-    except (OSError, ValueError, TypeError, AttributeError, KeyError):
-        return None
-
-
-def fault(folder: Path, record: Record, *, verify: bool) -> str:
-    """Return what is wrong with an entry's files; an empty string where nothing is."""
-    if (record.stage, record.unit, record.key) != folder.parts[-3:]:
-        return f"record.json is of {record.stage}/{record.unit}/{record.key}"
-    for name, expected in record.outputs.items():
-        path = folder / name
-        try:
-            size = path.stat().st_size
-        except OSError:
-            return f"{name} is missing"
-        if size != expected["size"]:
-            return f"{name} has {size} bytes instead of {expected['size']}"
-        if verify and fingerprint.file_digest(path) != expected["sha256"]:
-            return f"the content of {name} has changed"
-    return ""
-
-
-def _flush(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

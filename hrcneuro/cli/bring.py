@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import stages
+from hrcneuro import interrupts, stages
+from hrcneuro.cli import results
+from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
+from hrcneuro.cli.progress import Progress
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
-from hrcneuro.errors import ConfigError
-from hrcneuro.pipeline import executors, graph, walk
+from hrcneuro.errors import ConfigError, HrcError
+from hrcneuro.pipeline import executors, forecast, graph, swept, walk
 from hrcneuro.pipeline.item import Item
+from hrcneuro.pipeline.keys import check_places
 from hrcneuro.pipeline.provenance import command_line, provenance
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
@@ -27,27 +32,61 @@ def console(options: Options) -> Console:
     return Console(as_json=options.json, verbose=options.verbose, quiet=options.quiet, debug=options.debug)
 
 
-def settings(options: Options, extra: Path | None = None) -> Settings:
-    """Return the configuration of a call."""
-    return config.load(options.config or extra, options.set or ())
+def settings(options: Options, extra: Path | None = None, **others: Any) -> Settings:
+    """Return the configuration of a call; ``others`` and ``mistakes`` of its other options as ``load`` takes them."""
+    loaded = config.load(options.config or extra, options.set or (), **others)
+    check_places(loaded, Workdir(options.workdir))
+    return loaded
 
 
-def stage(name: str, options: Options, subjects: Sequence[str] | None) -> int:
+def stage(
+    name: str,
+    options: Options,
+    subjects: Sequence[str] | None,
+    *,
+    others: Mapping[str, Sequence[str]] | None = None,
+    mistakes: Sequence[str] = (),
+) -> int:
     """Bring a stage, and what it stands on, up to date."""
-    study = settings(options)
+    study = settings(options, others=others, mistakes=mistakes)
     wanted = graph.targets(study, [name], subjects or ())
     with logged(name, options, study) as log:
         items = bring(options, study, wanted, log)
-        code = console(options).finish(name, items)
+        code = finished(name, options, items, wanted)
         log.end(items, code)
     return code
 
 
+def finished(
+    name: str,
+    options: Options,
+    items: Sequence[Item],
+    wanted: Iterable[graph.Task],
+    *,
+    whole: bool = False,
+    also: HrcError | None = None,
+) -> int:
+    """Print what came out of the tasks that were asked for, what failed, and how many did what; return the exit code.
+
+    Args:
+        name: The command's.
+        options: The command's.
+        items: Of all tasks.
+        wanted: Those that were asked for.
+        whole: A whole study was: a stage is told in fewer lines.
+        also: What failed and is of no item.
+    """
+    talk = console(options)
+    if not options.dry_run:
+        asked = {(task.name, task.unit) for task in wanted}
+        done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
+        talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
+    return talk.finish(name, items, also=also, planned=options.dry_run)
+
+
 def planned(options: Options, settings: Settings) -> list[Item]:
     """Return what would happen to every task of the study; nothing runs."""
-    wanted = graph.targets(settings, stages.NAMES, ())
-    tasks = _graph(options, settings, wanted, joint=True)
-    return walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify).plan()
+    return swept.told(settings, _whole(options, settings).plan())
 
 
 def logged(name: str, options: Options, settings: Settings) -> contextlib.AbstractContextManager[RunLog]:
@@ -66,6 +105,9 @@ def bring(
     """
     wanted = list(wanted)
     tasks = _graph(options, settings, wanted, joint=joint)
+    for name in dict.fromkeys(task.name for task in tasks if not task.draws):
+        for note in stages.load(name).notes(settings.sections[name]):
+            console(options).say(f"note: {note}", style="yellow")
     study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
     forced = _forced(wanted, tasks) if options.force else []
     if _one_at_a_time(settings, tasks):
@@ -74,31 +116,44 @@ def bring(
     if options.dry_run:
         talk = console(options)
         items = study.plan(forced)
-        for item in items:
-            talk.report(item)
+        talk.planned(items)
         return items
     return _walked(options, study, log, forced=forced)
 
 
 def draw(options: Options, settings: Settings, log: RunLog) -> list[Item]:
     """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
-    tasks = _graph(options, settings, graph.targets(settings, stages.NAMES, ()), joint=True)
-    study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
-    forced = [task for task in tasks if task.draws] if options.force else []
-    return _walked(options, study, log, forced=forced, pictures_only=True)
+    study = _whole(options, settings)
+    forced = [task for task in study.nodes if task.draws] if options.force else []
+    return swept.told(settings, _walked(options, study, log, forced=forced, pictures_only=True))
+
+
+def _whole(options: Options, settings: Settings) -> walk.Run:
+    """Return the whole study, with the sweep that was asked for last."""
+    workdir = Workdir(options.workdir)
+    known = swept.remembered(settings, workdir)
+    tasks = _graph(options, known, graph.targets(known, settings.stages, ()), joint=True)
+    return walk.Run(known, workdir, tasks, verify=options.verify)
 
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
-    executor = executors.create(options.executor, options.jobs or executors.cores())
+    workers = options.jobs or executors.cores()
+    executor = executors.create(options.executor, workers)
 
     def tell(item: Item) -> None:
         talk.report(item)
         log.item(item)
 
+    places = [(task.name, task.unit) for task in study.nodes]
+    known = forecast.recorded(study.workdir, places) if talk.shows_progress else {}
+    workers = workers if isinstance(executor, executors.Processes) else 1
+    progress = Progress(len(places), forecast.Forecast(places, known, workers=workers), workers=workers)
+    note = None if options.quiet else partial(talk.say, style="yellow")
+    answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
     try:
-        with talk.progress(len(study.nodes)), executor:
-            return study.run(executor, provenance=provenance, report=tell, **how)
+        with talk.progress(progress), answered(answer), executor, interrupts.whole():
+            return study.run(executor, provenance=provenance, report=tell, tell=note, **how)
     except BaseException:
         # The workers are gone by now, perhaps not all of them in peace.
         study.workdir.cache.sweep()

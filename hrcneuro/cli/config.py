@@ -38,19 +38,21 @@ def show(
 @command(
     "Report every mistake of a configuration.",
     "config check",
-    "config check --config configs/smoke.toml",
+    "config check --config smoke",
     name="check",
     group=_config,
 )
 def check(options: Options) -> int:
-    """Report the mistakes of a configuration (by raising them), else its warnings."""
+    """Report the mistakes of a configuration (by raising them), also beside its recordings, else its warnings."""
     from hrcneuro.cli import bring
+    from hrcneuro.config import recordings
 
     settings = bring.settings(options)
+    warnings = [*settings.warnings, *recordings.check(settings)]
     if options.json:
-        print(json.dumps({"command": "config check", "ok": True, "warnings": list(settings.warnings)}, indent=1))
+        print(json.dumps({"command": "config check", "ok": True, "warnings": warnings}, indent=1))
     else:
-        for warning in settings.warnings:
+        for warning in warnings:
             print(f"note: {warning}")
         print("the configuration is sound")
     return 0

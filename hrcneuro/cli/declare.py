@@ -15,13 +15,19 @@ from hrcneuro.cli import completion
 from hrcneuro.cli.boundary import bounded
 from hrcneuro.cli.options import with_options
 
+# A command inherits this from the program; who prints its help without, such as the documentation, sees it too.
+_HELP = {"help_option_names": ["-h", "--help"]}
+
 app = typer.Typer(
     name="hrcneuro",
     help="A neuro-robotics study that anyone can rerun: EEG, decoding, robot learning and a UR10.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    epilog="Examples:\n\n  hrcneuro preprocess s01\n\n  hrcneuro run pipelines/smoke.toml -j 2",
+    # Completion is our own (completion.py, shells.py), as Typer's breaks words at = and drops apostrophes.
+    add_completion=False,
+    context_settings=_HELP,
+    epilog="Examples:\n\n  hrcneuro preprocess s01\n\n  hrcneuro run smoke -j 2",
 )
 
 Subjects = Annotated[
@@ -33,7 +39,7 @@ Subjects = Annotated[
 def group(name: str, help: str) -> typer.Typer:
     """Return a new group of commands, ``hrcneuro NAME COMMAND``."""
     made = typer.Typer(help=help, rich_markup_mode=None, no_args_is_help=True)
-    app.add_typer(made, name=name)
+    app.add_typer(made, name=name, short_help=help)
     return made
 
 
@@ -44,7 +50,9 @@ def command(
     text = "Examples:\n\n" + "\n\n".join(f"  hrcneuro {example}" for example in examples)
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
-        group.command(name, help=help, epilog=text)(with_options(bounded(name, function)))
+        group.command(name, help=help, short_help=help, epilog=text, context_settings=_HELP)(
+            with_options(bounded(name, function))
+        )
         return function
 
     return register

@@ -69,7 +69,7 @@ def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
     view["cores"] = cores()
     view["memory_gb"] = _memory()
     view["disk_free_gb"] = _free(root)
-    view["cache_test"] = _try_cache(root)
+    view["cache_test"] = _try_cache(root, view["notes"])
     try:
         view["devices"] = _devices(settings())
     except HrcError as error:
@@ -183,7 +183,7 @@ def _gigabytes(value: float) -> str:
     return f"{value:.1f} GB"
 
 
-def _try_cache(root: Path) -> dict[str, str]:
+def _try_cache(root: Path, notes: list[str]) -> dict[str, str]:
     """Return step -> ``ok`` or what went wrong, of an entry's whole life in the cache's own file system."""
     import tempfile
 
@@ -201,6 +201,7 @@ def _try_cache(root: Path) -> dict[str, str]:
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".doctor-", dir=root) as folder:
             store = Store(Path(folder))
+            notes += [flaw] if (flaw := store.flaw_of_locks(root)) else []
             return {name: _attempt(lambda step=step: step(store)) for name, step in steps.items()}  # type: ignore[misc]
     except OSError as error:
         return {"write, publish": f"{root} cannot be written: {error.strerror}"}
@@ -222,7 +223,7 @@ _ENTRY = ("doctor", "test", "0" * 16)
 
 
 def _publish(store: Store) -> None:
-    from hrcneuro.cache.store import Record
+    from hrcneuro.cache.record import Record
 
     with store.workspace(*_ENTRY) as work:
         (work / "data.bin").write_bytes(bytes(range(256)) * 4096)
@@ -243,16 +244,18 @@ def _damage(store: Store) -> None:
 
 
 def _lock(store: Store) -> None:
-    from filelock import FileLock, Timeout
+    from hrcneuro.cache.locks import Lock
 
-    with store.lock(*_ENTRY):
-        other = FileLock(store._lock_file(*_ENTRY))
-        try:
-            other.acquire(timeout=0)
-        except Timeout:
-            return
-        other.release()
-    raise OSError("two could hold the same lock: on this file system, start only one run at a time")
+    place = store.root / "lock"
+    mine, other = Lock(place), Lock(place)
+    if not mine.take():
+        raise OSError("a lock that nobody holds cannot be taken")
+    try:
+        if other.take():
+            other.release()
+            raise OSError("two could hold the same lock: on this file system, start only one run at a time")
+    finally:
+        mine.release()
 
 
 def _rename(store: Store) -> None:

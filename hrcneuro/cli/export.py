@@ -68,7 +68,7 @@ def _wanted(settings: Settings, subjects: Sequence[str] | None, *, raw: bool) ->
 
 def _write(options: Options, settings: Settings, items: Sequence[Item], folder: Path) -> int:
     """Write what is there of each subject whose recording is; return the number of files."""
-    from hrcneuro.cache.store import guarded
+    from hrcneuro.cache.disk import guarded
     from hrcneuro.cli import bring
     from hrcneuro.export import bids as edge
     from hrcneuro.sources.origin import Origins

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -54,7 +55,7 @@ _OWN = """
 # "standardVStarget" = ["standard", "target"]
 #
 # and under [study]: split = ""                         # no column divides the trials into scenarios
-# Then ask for the stages that fit: hrcneuro erp, hrcneuro decode, hrcneuro report (run would drive the robot too).
+# Then hrcneuro run: robot and simulate are left out, as such trials are no moves on the grid.
 """
 
 _README = """\
@@ -83,7 +84,7 @@ study.trials("s01").groupby("case").size()
 ```
 """
 
-_IGNORE = "/cache/\n/results/\n/robot-stopped/\n"
+_IGNORE = "/cache/\n/results/\n/recordings/\n"
 
 
 @command(
@@ -114,7 +115,7 @@ def create(folder: Path, *, dry_run: bool = False) -> list[Path]:
     Raises:
         ConfigError: The folder is a file, holds something already, or cannot be written.
     """
-    from hrcneuro.cache.store import guarded
+    from hrcneuro.cache.disk import guarded
     from hrcneuro.errors import ConfigError
 
     with guarded(folder):
@@ -123,7 +124,8 @@ def create(folder: Path, *, dry_run: bool = False) -> list[Path]:
         if folder.is_dir() and (inside := sorted(p.name for p in folder.iterdir())):
             some = ", ".join(inside[:3]) + (" …" if len(inside) > 3 else "")
             raise ConfigError(f"{folder} is not empty: it holds {some}", cure="name a new or an empty folder")
-        name = folder.absolute().name
+        # Of a folder whose name is not in UTF-8 the study takes what can be read.
+        name = os.fsencode(folder.absolute().name).decode("utf-8", "replace")
         texts = {
             "hrcneuro.toml": "\n".join([_HEAD, *_tables(name)]) + "\n" + _OWN,
             "README.md": _README.format(name=name),

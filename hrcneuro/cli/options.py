@@ -11,20 +11,33 @@ from typing import Annotated, Any
 
 import typer
 
+from hrcneuro.cli import completion
+
 
 @dataclass(frozen=True)
 class Options:
     """The options of one call."""
 
     config: Annotated[
-        Path | None, typer.Option(help="Configuration in TOML; without it ./hrcneuro.toml, else the paper's values.")
+        Path | None,
+        typer.Option(
+            help="Configuration in TOML, or a name such as smoke; without it ./hrcneuro.toml, else the paper's."
+        ),
     ] = None
     set: Annotated[
-        list[str] | None, typer.Option("--set", metavar="STAGE.KEY=VALUE", help="One value of it; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="STAGE.KEY=VALUE",
+            help="One value of it; repeatable. STAGE.TABLE.KEY=VALUE adds to a table, STAGE.TABLE={} empties it.",
+            autocompletion=completion.assignments,
+        ),
     ] = None
     workdir: Annotated[Path, typer.Option(help="Where cache/ and results/ lie.")] = Path()
     jobs: Annotated[int, typer.Option("-j", "--jobs", help="Workers; 0 means one for each core.")] = 0
-    executor: Annotated[str, typer.Option(help="Where jobs run: auto, serial or processes.")] = "auto"
+    executor: Annotated[
+        str, typer.Option(help="Where jobs run: auto, serial or processes.", autocompletion=completion.executors)
+    ] = "auto"
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would run and why; run nothing.")] = False
     force: Annotated[bool, typer.Option("--force", help="Run what is named even if it is up to date.")] = False
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Compute numbers alone; draw nothing.")] = False

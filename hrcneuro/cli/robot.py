@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import replace
 from typing import Annotated
 
 import typer
 
+from hrcneuro.cli import completion
 from hrcneuro.cli.declare import Subjects, command
 from hrcneuro.cli.options import Options
 
@@ -15,32 +15,38 @@ from hrcneuro.cli.options import Options
 @command(
     "Drive the arm through a session's moves.",
     "robot s01",
-    "robot s01 --backend ursim --set robot.blocks=[1] --timing",
+    "robot s01 --backend ursim --set 'robot.blocks=[1]' --timing",
     name="robot",
 )
 def robot(
     options: Options,
     subjects: Subjects = None,
-    backend: Annotated[str, typer.Option(help="The arm: sim, ursim, ur or ros.")] = "",
+    backend: Annotated[
+        str, typer.Option(help="The arm: sim, ursim, ur or ros.", autocompletion=completion.backends)
+    ] = "",
     host: Annotated[str, typer.Option(help="Address of a real arm's controller.")] = "",
     at_the_robot: Annotated[
         bool, typer.Option("--i-am-at-the-robot", help="Someone stands at its emergency stop: a real arm needs this.")
     ] = False,
     lsl: Annotated[bool, typer.Option("--lsl", help="Send a marker at every motion onset over LSL.")] = False,
+    patient: Annotated[
+        bool, typer.Option("--patient", help="Count packets that come late instead of stopping: ursim only.")
+    ] = False,
     timing: Annotated[bool, typer.Option("--timing", help="Print how punctual the motions were.")] = False,
 ) -> int:
     """Bring the robot stage up to date on the arm named; return the exit code."""
     from hrcneuro.cli import bring
 
-    given = list(options.set or ())
-    given += [f"robot.backend={backend}"] if backend else []
-    given += [f"robot.host={host}"] if host else []
-    given += ["robot.markers=lsl"] if lsl else []
-    given += ["robot.at_the_robot=true"] if at_the_robot else []
-    options = replace(options, set=given)
-    code = bring.stage("robot", options, subjects)
+    given = {
+        "--backend": [f"robot.backend={backend}"] if backend else [],
+        "--host": [f"robot.host={host}"] if host else [],
+        "--patient": ["robot.patient=true"] if patient else [],
+        "--lsl": ["robot.markers=lsl"] if lsl else [],
+        "--i-am-at-the-robot": ["robot.at_the_robot=true"] if at_the_robot else [],
+    }
+    code = bring.stage("robot", options, subjects, others=given)
     if timing and code == 0 and not options.dry_run and not options.json:
-        for subject in subjects or bring.settings(options).included:
+        for subject in subjects or bring.settings(options, others=given).included:
             print(_timing(options, subject))
     return code
 

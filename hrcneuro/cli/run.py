@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,19 +13,25 @@ import typer
 from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
+from hrcneuro.contract import OF_ALL
 
 if TYPE_CHECKING:
     from hrcneuro.config.settings import Settings
+    from hrcneuro.errors import HrcError
     from hrcneuro.pipeline.item import Item
 
 
-@command("Run a whole pipeline, then write the report.", "run", "run pipelines/smoke.toml -j 2", name="run")
+@command("Run a whole pipeline, then write the report.", "run", "run smoke -j 2", name="run")
 def run(
     options: Options,
-    pipeline: Annotated[Path | None, typer.Argument(help="A pipeline file; none means pipelines/paper.toml.")] = None,
+    pipeline: Annotated[
+        Path | None,
+        typer.Argument(help="A pipeline file, or smoke or paper; none: pipelines/paper.toml, else all stages."),
+    ] = None,
 ) -> int:
     """Run a pipeline's stages over its subjects, then write the report."""
     from hrcneuro.cli import bring
+    from hrcneuro.config import crosschecks
     from hrcneuro.config.pipelinefile import Pipeline, read_pipeline
     from hrcneuro.errors import HrcError
     from hrcneuro.pipeline import graph
@@ -32,16 +39,19 @@ def run(
     default = Path("pipelines/paper.toml")
     plan = read_pipeline(pipeline or default) if pipeline or default.is_file() else Pipeline()
     settings = bring.settings(options, plan.config)
-    wanted = graph.targets(settings, plan.stages, plan.subjects)
+    wanted = graph.targets(settings, plan.stages or settings.stages, plan.subjects)
+    if settings.left_out and not plan.stages:
+        bring.console(options).say(f"note: {crosschecks.without_moves(settings)}", style="yellow")
     with bring.logged("run", options, settings) as log:
         items = bring.bring(options, settings, wanted, log, joint=True)
         flaw = None
         if plan.report and not options.dry_run:
             try:
-                log.write("report", file=_write_report(options, settings, items).name)
+                if written := _write_report(options, settings, _all_of(options, settings, items)):
+                    log.write("report", file=written.name)
             except HrcError as error:
                 flaw = error
-        code = bring.console(options).finish("run", items, also=flaw)
+        code = bring.finished("run", options, items, wanted, whole=True, also=flaw)
         log.end(items, code)
     return code
 
@@ -55,7 +65,45 @@ def status(options: Options) -> int:
     talk = bring.console(options)
     if not options.json:
         talk.status(items)
-    return talk.finish("status", items)
+    return talk.finish("status", items, planned=True)
+
+
+@command(
+    "Print what came out, of this configuration where it has been computed.",
+    "show decode s01",
+    "show epoch",
+    name="show",
+)
+def show(
+    options: Options,
+    stage: Annotated[str, typer.Argument(help="The stage.", autocompletion=completion.stages)],
+    unit: Annotated[
+        str,
+        typer.Argument(
+            help="A subject, group or sweep; none: what is of all, else all subjects.", autocompletion=completion.units
+        ),
+    ] = "",
+) -> int:
+    """Print the numbers of a stage again; compute nothing."""
+    from hrcneuro.cli import bring, results
+    from hrcneuro.pipeline import graph
+    from hrcneuro.pipeline.workdir import Workdir
+
+    graph.check_stage(stage)
+    settings = bring.settings(options)
+    workdir = Workdir(options.workdir)
+    if unit and unit not in OF_ALL and not workdir.pointer(stage, unit):
+        graph.targets(settings, [stage], [unit])  # which says what is wrong with a name that nobody has
+    units = [unit] if unit else results.units(settings, workdir, stage)
+    summaries, note = results.asked(settings, workdir, stage, units)
+    if options.json:
+        print(json.dumps({"command": "show", "ok": True, "stage": stage, "units": summaries}, indent=1))
+        return 0
+    talk = bring.console(replace(options, quiet=False))
+    talk.results(results.blocks([(stage, one, summary) for one, summary in summaries.items()], every=True))
+    if note:
+        bring.console(options).say(f"note: {note}", style="yellow")
+    return 0
 
 
 @command("Print where an artifact lies.", "path preprocess s01", "path epoch s01 conditions.parquet", name="path")
@@ -81,19 +129,22 @@ def report(options: Options) -> int:
     from hrcneuro.cli import bring
     from hrcneuro.pipeline.item import State
     from hrcneuro.pipeline.workdir import Workdir
+    from hrcneuro.report import shelf
 
     code = 0
     settings = bring.settings(options)
     talk = bring.console(options)
-    place = Workdir(options.workdir).results / "report.html"
     if options.dry_run:
         drawn = [item for item in bring.planned(options, settings) if item.draws and not item.state.done]
-        talk.say(f"would draw {', '.join(f'{i.stage} {i.unit}' for i in drawn) or 'nothing'}")
-        talk.say(f"would write {place}")
+        draws = ", ".join(f"{i.stage} {i.unit}" for i in drawn) or "nothing"
+        place: Path | None = shelf.folder(Workdir(options.workdir).results, settings) / shelf.PAGE
+        talk.results([f"would draw {draws}", f"would write {place}"])
     else:
         with bring.logged("report", options, settings) as log:
             items = bring.planned(options, settings) if options.no_figures else bring.draw(options, settings, log)
             place = _write_report(options, settings, items)
+            if place is None:
+                raise _nothing(options, settings)
             failed = [item for item in items if item.draws and item.state is State.FAILED]
             code = talk.failures(failed)
             log.end(items, code)
@@ -102,22 +153,62 @@ def report(options: Options) -> int:
     return code
 
 
-def _write_report(options: Options, settings: Settings, items: Sequence[Item]) -> Path:
-    from hrcneuro.cache.store import guarded
+def _all_of(options: Options, settings: Settings, items: Sequence[Item]) -> list[Item]:
+    """Return the items of a run, and what else of the study is up to date: a run of less takes nothing away.
+
+    A picture of the group that a run of few subjects drew gives way to that of all, where there is one.
+    """
+    from hrcneuro.cli import bring
+    from hrcneuro.contract import GROUP
+
+    shown = {(item.stage, item.unit): item for item in items}
+    for one in bring.planned(options, settings):
+        place = (one.stage, one.unit)
+        if one.state.done and (place not in shown or (one.draws and one.unit == GROUP)):
+            shown[place] = one
+    return list(shown.values())
+
+
+def _write_report(options: Options, settings: Settings, items: Sequence[Item]) -> Path | None:
+    """Write the report and say where it is; None where nothing of this configuration has run."""
+    from hrcneuro.cache.disk import guarded
     from hrcneuro.cli import bring
     from hrcneuro.errors import HrcError, StageError
     from hrcneuro.pipeline.workdir import Workdir
-    from hrcneuro.report import write_report
+    from hrcneuro.report import shelf
 
-    workdir = Workdir(options.workdir)
-    with guarded(workdir.results):
+    if not any(item.state.done and not item.draws for item in items):
+        return None
+    results = Workdir(options.workdir).results
+    with guarded(results):
         try:
-            written = write_report(settings, items, workdir.results / "report.html")
+            placed = shelf.place(settings, items, results)
         except (HrcError, OSError):
             raise
         except Exception as error:
             # The stages' results stand, and must still be told.
             problem = f"the report could not be made: {type(error).__name__}: {error}"
             raise StageError(problem, cure="hrcneuro report --debug shows where; please report it as a bug") from error
-    bring.console(options).say(f"report: {written}")
-    return written
+    talk = bring.console(options)
+    talk.say(f"report: {placed.path}")
+    if placed.kept is not None:
+        text = f"note: it has less than an earlier one of this configuration, which was kept: {placed.kept}"
+        talk.say(text, style="yellow")
+    if placed.others is not None:
+        talk.say(f"all reports here: {placed.others}")
+    return placed.path
+
+
+def _nothing(options: Options, settings: Settings) -> HrcError:
+    from hrcneuro.errors import DataError
+    from hrcneuro.pipeline.workdir import Workdir
+    from hrcneuro.report import shelf
+
+    results = Workdir(options.workdir).results
+    there = shelf.names(results)
+    problem = f"nothing of this configuration ({shelf.name(settings)}) has run in {results.parent}"
+    if there:
+        problem += f"; the reports there are of {', '.join(there)}"
+    return DataError(
+        problem, cure="run it first: hrcneuro run, with the same --config and --set; or name those of what has run"
+    )

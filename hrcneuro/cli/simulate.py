@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Annotated
 
 import typer
 
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
+
+_EXAMPLE = "--sweep accuracy=55,60,65"
 
 
 @command(
@@ -31,27 +32,41 @@ def simulate(
     """Run the stage, with a design sweep where one is asked for."""
     from hrcneuro.cli import bring
 
-    return bring.stage("simulate", _with_sweep(options, sweep or []), None)
+    assignments, mistakes = _assignments(sweep or [])
+    return bring.stage("simulate", options, None, others={"--sweep": assignments}, mistakes=mistakes)
 
 
-def _with_sweep(options: Options, axes: Sequence[str]) -> Options:
-    """Return the options with ``--sweep AXIS=VALUES`` written as assignments.
-
-    Raises:
-        ConfigError: An axis has no values.
-    """
-    from hrcneuro.errors import ConfigError
+def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return ``--sweep`` as assignments such as ``--set`` takes, and its mistakes."""
     from hrcneuro.stages.simulate import WIDE_SWEEP
 
-    added = []
-    for text in axes:
-        if text == "wide":
-            added += [f"simulate.sweep.{axis}={list(values)}" for axis, values in WIDE_SWEEP.items()]
-            continue
-        axis, equals, values = text.partition("=")
-        if not equals or not axis.strip() or not values.strip():
-            raise ConfigError(
-                f"--sweep {text!r} names no values", cure="write --sweep accuracy=55,60,65, or --sweep wide"
-            )
-        added.append(f"simulate.sweep.{axis.strip()}=[{values}]")
-    return replace(options, set=[*(options.set or []), *added])
+    names = [text.partition("=")[0].strip() for text in texts]
+    mistakes = [
+        f"--sweep names {axis} twice; allowed: each axis once"
+        for axis in sorted(set(names) - {""})
+        if names.count(axis) > 1
+    ]
+    asked: dict[str, list[float]] = {}
+    for text in texts:
+        if text != "wide":
+            mistakes += _read_axis(text, asked)
+    values = {**(WIDE_SWEEP if "wide" in texts else {}), **asked}
+    return [f"simulate.sweep.{axis}={list(numbers)}" for axis, numbers in values.items()], mistakes
+
+
+def _read_axis(text: str, asked: dict[str, list[float]]) -> list[str]:
+    """Put the numbers of ``AXIS=VALUES`` into ``asked``; return what is wrong with the text."""
+    name, _, rest = text.partition("=")
+    # A comma at the end is no value, as in TOML.
+    axis, words = name.strip(), [word.strip() for word in rest.strip().removesuffix(",").split(",")]
+    if not axis or words == [""]:
+        return [f"--sweep {text!r} names no {'values' if axis else 'axis'}; allowed: {_EXAMPLE}"]
+    numbers, mistakes = [], []
+    for word in words:
+        try:
+            numbers.append(float(word))
+        except ValueError:
+            mistakes.append(f"--sweep {axis}: {word!r} is no number; allowed: each value by itself, {_EXAMPLE}")
+    if not mistakes:
+        asked.setdefault(axis, []).extend(numbers)
+    return mistakes

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hrcneuro.contract import GROUP
+from hrcneuro import stages
+from hrcneuro.contract import OF_ALL, is_piece
 from hrcneuro.decoding.scheme import FEATURES_END_S
 from hrcneuro.errors import did_you_mean
 
@@ -18,8 +19,10 @@ def errors(settings: Any) -> list[str]:
 def warnings(settings: Any) -> list[str]:
     """Return what is allowed but worth knowing."""
     sections = settings.sections
+    notes = [note for name in stages.NAMES for note in stages.load(name).notes(sections[name])]
+    if settings.left_out:
+        notes.append(without_moves(settings))
     gap = sections["acquire"].timing.soa_min_s
-    notes = []
     if settings.study.split == "scenario" and settings.shared.problems:
         end = sections["decode"].mean_window_s[1]
         if end > gap:
@@ -36,6 +39,14 @@ def warnings(settings: Any) -> list[str]:
     return notes
 
 
+def without_moves(settings: Any) -> str:
+    """Return which stages a study leaves out, and why."""
+    return (
+        f"left out: {' and '.join(settings.left_out)}, which are about moves on the grid; acquire.source = "
+        f"{settings.sections['acquire'].source!r} has none (study.stages names what the study consists of)"
+    )
+
+
 def _subjects(settings: Any) -> Iterator[str]:
     subjects = settings.study.subjects
     if not subjects:
@@ -43,8 +54,10 @@ def _subjects(settings: Any) -> Iterator[str]:
     for subject in sorted({s for s in subjects if subjects.count(s) > 1}):
         yield f"study.subjects names {subject!r} twice"
     for subject in subjects:
-        if subject == GROUP or not subject.replace("-", "").replace("_", "").isalnum():
-            yield f"study.subjects names {subject!r}; allowed: letters, digits, - and _, and not the word group"
+        if subject in OF_ALL or is_piece(subject) or not subject.replace("-", "").replace("_", "").isalnum():
+            yield (
+                f"study.subjects names {subject!r}; allowed: letters, digits, - and _, but not group, sweep and sweep-…"
+            )
 
 
 def _rates(sections: Mapping[str, Any]) -> Iterator[str]:
@@ -67,8 +80,12 @@ def _windows(sections: Mapping[str, Any]) -> Iterator[str]:
     windows = {"erp.baseline_s": sections["erp"].baseline_s}
     if sections["decode"].problems:
         windows["decode.mean_window_s"] = sections["decode"].mean_window_s
-        if end < FEATURES_END_S:
+        known = sections["decode"].known
+        named = {name: known[name].windows_s for name in sections["decode"].decoders if name in known}
+        if end < FEATURES_END_S and not all(named.values()):
             yield f"epoch.tmax = {end:g} s ends before the decoder's last window, {FEATURES_END_S:g} s after the onset"
+        for name, spans in named.items():
+            windows |= {f"decode.recipes.{name}.windows_s[{i}]": span for i, span in enumerate(spans)}
     for name, window in windows.items():
         if window and (window[0] < start or window[-1] > end):
             yield (

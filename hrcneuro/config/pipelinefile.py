@@ -7,45 +7,48 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import stages
+from hrcneuro.config import shipped
 from hrcneuro.config.reader import Reader
-from hrcneuro.config.tomlfile import parse_toml
+from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import ConfigError
 
 
 @dataclass(frozen=True)
 class _File:
     config: str = option("", "configuration, from the folder of the pipeline file")
-    stages: tuple[str, ...] = option(stages.NAMES, "what to run", choices=stages.NAMES)
+    stages: tuple[str, ...] = option((), "what to run; none named: the study's stages", choices=stages.NAMES)
     subjects: tuple[str, ...] = option((), "whom; none means everyone and the group")
     report: bool = option(True, "write results/report.html in the end")
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A configuration, the stages and subjects that are run with it, and whether a report is written."""
+    """A configuration, the stages (none: the study's) and subjects that are run with it, and whether it is reported."""
 
     config: Path | None = None
-    stages: tuple[str, ...] = stages.NAMES
+    stages: tuple[str, ...] = ()
     subjects: tuple[str, ...] = ()
     report: bool = True
 
 
 def read_pipeline(path: Path) -> Pipeline:
-    """Return what a pipeline file asks for.
+    """Return what a pipeline file, or one that comes with the program by its bare name, asks for.
 
     Raises:
         ConfigError: The file is missing, no TOML, or asks for something unknown.
-        DataError: It cannot be read.
+        DataError: The disk fails.
     """
+    path = shipped.find(path, shipped.PIPELINES)
     try:
         values: dict[str, Any] = parse_toml(path)
     except FileNotFoundError as error:
         raise ConfigError(
-            f"the pipeline file {path} does not exist", cure="name an existing one, such as pipelines/smoke.toml"
+            f"the pipeline file {path} does not exist",
+            cure="name an existing one, or one that comes with the program, such as smoke",
         ) from error
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the path and its rights") from error
+        raise unreadable(path, error) from error
     reader = Reader(str(path), path.parent)
     file, _ = reader.record(_File(), values, "pipeline")
     if reader.mistakes:

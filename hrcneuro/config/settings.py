@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import published, stages
-from hrcneuro.config.reader import Reader
-from hrcneuro.config.tomlfile import parse_toml
+from hrcneuro.config import shipped
+from hrcneuro.config.reader import Added, Reader
+from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
-from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
 
 _SUBJECTS = "subjects"
@@ -29,6 +31,9 @@ class StudyOptions:
         published.EXCLUDED.value, "subjects left out of everything after epoch (paper 2.5.1)"
     )
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
+    stages: tuple[str, ...] = option(
+        (), "what the study consists of; none named: every stage that its data allow", choices=stages.NAMES
+    )
 
 
 @dataclass(frozen=True)
@@ -64,26 +69,56 @@ class Settings:
         """Subjects that enter the analyses."""
         return tuple(s for s in self.study.subjects if s not in self.study.exclude)
 
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages of the study, in their order: those that it names, or all that its data allow."""
+        named = self.study.stages or set(stages.NAMES) - set(self.left_out)
+        return tuple(name for name in stages.NAMES if name in named)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Stages that nobody named and that are about moves on the grid, of which this study's data have none."""
+        if self.study.stages or self.sections["acquire"].moves:
+            return ()
+        return tuple(name for name in stages.NAMES if stages.load(name).moves)
+
     def section(self, stage: str, unit: str) -> Any:
         """Return a stage's options for a unit: a subject's own, or those of all."""
         return self.own.get(stage, {}).get(unit, self.sections[stage])
 
 
-def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: Path | None = None) -> Settings:
+def load(
+    path: Path | None = None,
+    assignments: Sequence[str] = (),
+    *,
+    others: Mapping[str, Sequence[str]] | None = None,
+    mistakes: Sequence[str] = (),
+    folder: Path | None = None,
+) -> Settings:
     """Return the configuration of a file (None: ./hrcneuro.toml, else the paper's) with ``--set`` assignments on top.
+
+    A bare name is that of a configuration that comes with the program.
+
+    ``others`` has the assignments that another option stands for, by its name, which mistakes are then told with;
+    ``mistakes`` were found on the way to the assignments, and are told with those found here.
 
     Raises:
         ConfigError: Anything unknown, of a wrong type, out of range or contradictory; all of it at once.
-        DataError: The file does not exist.
+        DataError: The disk fails on the file.
     """
     folder = folder or Path.cwd()
-    if path is None and (folder / "hrcneuro.toml").is_file():
+    # Also a folder of that name, or a link that leads nowhere: else the paper's values would take its place unseen.
+    if path is None and os.path.lexists(folder / "hrcneuro.toml"):
         path = folder / "hrcneuro.toml"
     layers: list[tuple[Reader, dict[str, Any]]] = []
     if path is not None:
+        path = shipped.find(path, shipped.CONFIGURATIONS)
         layers.append((Reader(str(path), path.parent), _read_toml(path)))
-    setter = Reader("--set", folder, from_text=True)
-    layers.append((setter, _read_assignments(assignments, setter)))
+    others = others or {}
+    named = {text.partition("=")[0].strip(): option for option, texts in others.items() for text in texts}
+    setter = Reader("--set", folder, from_text=True, options=named)
+    every = [*assignments, *(text for texts in others.values() for text in texts)]
+    layers.append((setter, _read_assignments(every, setter)))
 
     parts: dict[str, Any] = {"study": StudyOptions(), "shared": Shared()}
     parts |= {name: stages.load(name).config() for name in stages.NAMES}
@@ -93,14 +128,14 @@ def load(path: Path | None = None, assignments: Sequence[str] = (), *, folder: P
         own += _taken_out(reader, values)
         _apply(reader, values, parts, origins)
     settings = _with_own(_fill(parts, origins), own)
-    mistakes = [m for reader, _ in layers for m in reader.mistakes]
-    if not mistakes:
-        mistakes, warnings = _consistency(settings)
+    found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
+    if not found:
+        found, warnings = _consistency(settings)
         settings = dataclasses.replace(settings, warnings=tuple(warnings))
-    if mistakes:
+    if found:
         raise ConfigError(
-            f"{len(mistakes)} mistake{'s' * (len(mistakes) > 1)} in the configuration:\n"
-            + "\n".join(f"  - {m}" for m in mistakes),
+            f"{len(found)} mistake{'s' * (len(found) > 1)} in the configuration:\n"
+            + "\n".join(f"  - {m}" for m in found),
             cure="correct them; 'hrcneuro config show' prints every key with its value, range and origin",
         )
     return settings
@@ -199,31 +234,65 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return parse_toml(path)
     except FileNotFoundError as error:
         raise ConfigError(
-            f"the configuration file {path} does not exist", cure="name an existing file: --config configs/paper.toml"
+            f"the configuration file {path} does not exist",
+            cure="name an existing file, --config study.toml, or one that comes with the program, --config paper",
         ) from error
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}", cure="check the path and its rights") from error
+        raise unreadable(path, error) from error
 
 
 def _read_assignments(assignments: Sequence[str], reader: Reader) -> dict[str, Any]:
     values: dict[str, Any] = {}
+    tables = [f.name for f in dataclasses.fields(Shared)]
     for text in assignments:
         name, equals, value = text.partition("=")
-        keys = name.strip().split(".")
-        if not equals or len(keys) < 2 or not all(keys):
+        keys = _keys(name.strip())
+        least = 1 if keys[0] in tables else 2
+        if not equals or len(keys) < least or not all(keys):
             reader.mistakes.append(f"--set {text!r} is no assignment; allowed: --set stage.key=value")
             continue
         table = values
         for key in keys[:-1]:
-            inner = table.setdefault(key, {})
-            table = inner if isinstance(inner, dict) else {}
+            inner = table.setdefault(key, Added())
+            table = inner if isinstance(inner, dict) else Added()
         table[keys[-1]] = _toml_value(value.strip())
+    reader.mistakes += _given_twice([text.partition("=")[0].strip() for text in assignments])
     return values
+
+
+def _keys(name: str) -> list[str]:
+    """Return the parts of a dotted name; one with a point or a space in it stands in quotes, as in TOML."""
+    try:
+        parts, table = [], tomllib.loads(f"{name} = 0")
+        while isinstance(table, dict):
+            ((key, table),) = table.items()
+            parts.append(key)
+        return parts
+    except (tomllib.TOMLDecodeError, RecursionError):
+        # A bare word may hold more here than in TOML.
+        return name.split(".")
+
+
+def _given_twice(names: Sequence[str]) -> list[str]:
+    """Return the entries of a table of lists, such as the axes of a sweep, that more than one assignment gives.
+
+    Of other options the last assignment holds.
+    """
+    mistakes = []
+    for stage in stages.NAMES:
+        options = dataclasses.fields(stages.load(stage).config)
+        for table in (f"{stage}.{one.name}" for one in options if one.metadata.get("keys")):
+            inside = [name for name in names if name == table or name.startswith(f"{table}.")]
+            twice = [name for name in dict.fromkeys(inside) if inside.count(name) > 1]
+            if table in inside and len(inside) > 1:
+                twice = [table]
+            mistakes += [f"{name} is given twice on the command line; allowed: each axis once" for name in twice]
+    return mistakes
 
 
 def _toml_value(text: str) -> Any:
     # A bare word or a path is no TOML value: it is the string itself.
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, RecursionError):
         return text

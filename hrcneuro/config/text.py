@@ -66,7 +66,7 @@ def option_line(f: dataclasses.Field[Any], value: Any, *, origin: str = "") -> s
     if not limits and (f.metadata.get("low") is not None or f.metadata.get("high") is not None):
         limits = allowed_range(f.name, f.metadata)
     notes = "; ".join(note for note in (f.metadata.get("help", ""), limits, origin) if note)
-    return f"{f.name} = {toml_value(plain(value))}  # {notes}"
+    return f"{f.name} = {toml_value(_full(value))}  # {notes}"
 
 
 def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[str]:
@@ -96,6 +96,8 @@ def _full(value: Any) -> Any:
     # Unlike contract.params this keeps what is not part of a key: a person wants to see them.
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: _full(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(k): _full(v) for k, v in value.items()}
     return plain(value)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from hrcneuro.decoding.crossval import Split
 from hrcneuro.decoding.lda import discriminant
 from hrcneuro.decoding.problem import Decode
 from hrcneuro.decoding.recipes import Recipe
+from hrcneuro.decoding.refusals import EstimatorError
 from hrcneuro.decoding.scheme import PAPER, Scheme
 
 
@@ -21,6 +24,7 @@ class Decoders:
         recipes: Name -> recipe.
         epochs_uv: Rows of the epochs -> ndarray, shape (n_trials, n_channels, n_times), µV.
         times_s: ndarray, shape (n_times,), s from the onset of the movement.
+        foreign: Name of a recipe -> what makes its estimator, of those that are named by an import path.
         scheme: The window whose mean the features remove, and λ of regularised LDA where a recipe names none.
 
     Raises:
@@ -34,6 +38,7 @@ class Decoders:
         epochs_uv: Callable[[np.ndarray], np.ndarray],
         times_s: np.ndarray,
         scheme: Scheme = PAPER,
+        foreign: Mapping[str, Callable[[], object]] | None = None,
     ) -> None:
         self.recipes = recipes
         self.epochs_uv = epochs_uv
@@ -41,37 +46,56 @@ class Decoders:
         start, end = scheme.mean_window_s
         self.mean_window_s: features.Span = (start, end)
         self.shrinkage = scheme.shrinkage
-        for recipe in recipes.values():
+        self.foreign = foreign or {}
+        for name, recipe in recipes.items():
             if recipe.estimator != "rlda":
                 # A wrong parameter or a missing library stops the run before the first fold.
-                _estimator(recipe)
+                self.estimator(name)
 
-    def of(self, rows: np.ndarray) -> Iterator[tuple[str, Decode, bool]]:
-        """Yield name, scorer and whether it is quick enough for permutations, for the trials ``rows`` of a problem.
+    def of(self, seen: Mapping[Any, np.ndarray]) -> Iterator[tuple[str, Decode, bool]]:
+        """Yield name, scorer and whether it is quick enough for permutations, for what :meth:`features_of` returns."""
+        for name, recipe in self.recipes.items():
+            yield name, *self._scorer(name, seen[recipe.sees])
+
+    def features_of(self, rows: np.ndarray) -> dict[Any, np.ndarray]:
+        """Return what recipes see (``Recipe.sees``) -> the features of the trials ``rows`` of a problem.
 
         Raises:
-            ValueError: The features cannot be computed, as :func:`.features.extract` says.
+            ValueError: They cannot be computed, as :func:`.features.extract` says.
         """
         epochs_uv = self.epochs_uv(rows)
-        extracted: dict[str, np.ndarray] = {}
-        for name, recipe in self.recipes.items():
-            if recipe.features not in extracted:
-                extracted[recipe.features] = features.extract(
-                    recipe.features, epochs_uv, self.times_s, mean_window_s=self.mean_window_s
-                )
-            yield name, *self._scorer(recipe, extracted[recipe.features])
+        return {
+            (kind, windows): features.extract(
+                kind,
+                epochs_uv,
+                self.times_s,
+                mean_window_s=self.mean_window_s,
+                windows_s=[(start, end) for start, end in windows],
+            )
+            for kind, windows in sorted({recipe.sees for recipe in self.recipes.values()})
+        }
 
-    def _scorer(self, recipe: Recipe, data: np.ndarray) -> tuple[Decode, bool]:
+    def estimator(self, name: str) -> Any:
+        """Return a new estimator of a recipe.
+
+        Raises:
+            EstimatorError, MissingLibraryError: It cannot be made.
+        """
+        # scikit-learn takes long to import, and the study's own decoder does not need it.
+        from hrcneuro.decoding.classifiers import make
+
+        recipe = self.recipes[name]
+        return self.foreign[name]() if recipe.foreign else make(recipe.estimator, recipe.params)
+
+    def shrinkage_of(self, recipe: Recipe) -> float:
+        """Return λ of a recipe of regularised LDA: its own, or else the scheme's."""
+        return float(recipe.params.get("shrinkage", self.shrinkage))
+
+    def _scorer(self, name: str, data: np.ndarray) -> tuple[Decode, bool]:
+        recipe = self.recipes[name]
         if recipe.estimator == "rlda":
-            return rlda(data, shrinkage=recipe.params.get("shrinkage", self.shrinkage)), True
-        return looped(data, lambda: _estimator(recipe)), False
-
-
-def _estimator(recipe: Recipe) -> object:
-    # scikit-learn takes long to import, and the study's own decoder does not need it.
-    from hrcneuro.decoding.classifiers import make
-
-    return make(recipe.estimator, recipe.params)
+            return rlda(data, shrinkage=self.shrinkage_of(recipe)), True
+        return looped(data, lambda: self.estimator(name), of=recipe.estimator if recipe.foreign else ""), False
 
 
 def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
@@ -92,14 +116,42 @@ def plain_rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
     return lambda labels, splits: crossval.cross_validate(data, labels, splits, train)
 
 
-def looped(data: np.ndarray, estimator: Callable[[], object]) -> Decode:
-    """Return a decoder that fits a fresh scikit-learn estimator in every fold."""
+def looped(data: np.ndarray, estimator: Callable[[], Any], *, of: str = "") -> Decode:
+    """Return a decoder that fits a fresh scikit-learn estimator in every fold.
+
+    Its score is ``decision_function``, or else the probability of class 2 above one half.
+
+    Args:
+        data: Features, one row a trial.
+        estimator: Makes one.
+        of: Import path of an estimator that is not of this program: whatever it raises is an EstimatorError.
+    """
 
     def train(rows: np.ndarray, labels: np.ndarray) -> crossval.Scorer:
-        fitted = estimator().fit(rows, labels.astype(int))  # type: ignore[attr-defined]
-        return lambda held_out: np.asarray(fitted.decision_function(held_out), dtype=float)
+        with _told_of(of, rows):
+            fitted = estimator().fit(rows, labels.astype(int))
+
+        def score(held_out: np.ndarray) -> np.ndarray:
+            with _told_of(of, held_out):
+                if hasattr(fitted, "decision_function"):
+                    return np.asarray(fitted.decision_function(held_out), dtype=float)
+                return np.asarray(fitted.predict_proba(held_out), dtype=float)[:, 1] - 0.5
+
+        return score
 
     def decode(labels: np.ndarray, splits: Sequence[Split]) -> list[np.ndarray]:
         return crossval.cross_validate(data, labels, splits, train)
 
     return decode
+
+
+@contextlib.contextmanager
+def _told_of(estimator: str, rows: np.ndarray) -> Iterator[None]:
+    """Name a foreign estimator, and what it was given, in whatever it raises; others' errors pass as they are."""
+    try:
+        yield
+    except Exception as error:
+        if not estimator:
+            raise
+        shape = " × ".join(map(str, rows.shape))
+        raise EstimatorError(f"{estimator} failed on {shape} features: {type(error).__name__}: {error}") from error

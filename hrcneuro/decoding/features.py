@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,6 +27,9 @@ COARSE_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 100) / 1000) for i 
 WINDOWS_S = FINE_S + COARSE_S
 # For covariances that assume stationary steps: equal windows side by side.
 STEPS_S: tuple[Span, ...] = tuple((50 * i / 1000, (50 * i + 50) / 1000) for i in range(N_STEPS))
+# For spatial filters: steps of about 1/64 s.
+FINEST_S: tuple[Span, ...] = tuple(itertools.pairwise(np.linspace(0.0, 0.6, 39).tolist()))
+BANDS_SPAN_S: Span = (0.0, 0.6)
 BANDS_HZ: dict[str, Span] = {"theta": (4.0, 7.5), "alpha": (7.5, 13.0), "beta": (13.0, 30.0)}
 ONLINE_MEAN_S: Span = (0.0, 0.6)
 
@@ -63,35 +67,67 @@ def window_means(
 
 
 def extract(
-    kind: str, epochs_uv: np.ndarray, times_s: np.ndarray, *, mean_window_s: Span = MEAN_WINDOW_S
+    kind: str,
+    epochs_uv: np.ndarray,
+    times_s: np.ndarray,
+    *,
+    mean_window_s: Span = MEAN_WINDOW_S,
+    windows_s: Sequence[Span] = (),
 ) -> np.ndarray:
     """Return the features that a recipe names: ndarray, shape (n_trials, n_features).
 
     ``windows``: the study's, :func:`window_means`. ``windows_600``: the same with the 0-600 ms mean removed. ``steps``:
     twelve windows of 50 ms in 0-600 ms. ``windows_bands``: the study's and :func:`band_power`. ``epochs``: ndarray,
-    shape (n_trials, n_channels, n_steps), averages over about 1/64 s in 0-600 ms.
+    shape (n_trials, n_channels, n_steps), averages over about 1/64 s in 0-600 ms. ``windows_s`` stands in the
+    place of the study's windows.
 
     Raises:
         ValueError: The features are not known, or as :func:`window_means`.
     """
+    windows_s = windows_s or WINDOWS_S
     if kind == "windows_600":
-        return window_means(epochs_uv, times_s, mean_window_s=ONLINE_MEAN_S)
+        return window_means(epochs_uv, times_s, windows_s=windows_s, mean_window_s=ONLINE_MEAN_S)
     if kind == "steps":
         return window_means(epochs_uv, times_s, windows_s=STEPS_S, mean_window_s=mean_window_s)
-    means = window_means(epochs_uv, times_s, mean_window_s=mean_window_s)
+    means = window_means(epochs_uv, times_s, windows_s=windows_s, mean_window_s=mean_window_s)
     if kind == "windows":
         return means
     if kind == "windows_bands":
         return np.hstack([means, band_power(epochs_uv, times_s)])
     if kind == "epochs":
-        edges = np.linspace(0.0, 0.6, 39)
-        fine = list(itertools.pairwise(edges.tolist()))
-        steps = window_means(epochs_uv, times_s, windows_s=fine, mean_window_s=mean_window_s)
+        steps = window_means(epochs_uv, times_s, windows_s=FINEST_S, mean_window_s=mean_window_s)
         return steps.reshape(len(epochs_uv), epochs_uv.shape[1], -1)
     raise ValueError(f"features {kind!r} are not known; allowed: {', '.join(FEATURES)}")
 
 
-def band_power(epochs_uv: np.ndarray, times_s: np.ndarray, *, span_s: Span = (0.0, 0.6)) -> np.ndarray:
+@dataclass(frozen=True)
+class Feature:
+    """What one number of a channel is: the mean, or the power of a band, over a span of time from the onset."""
+
+    measure: str
+    unit: str
+    span_s: Span
+
+
+def layout(kind: str, windows_s: Sequence[Span] = ()) -> list[list[Feature]]:
+    """Return what the features are that a recipe names, a list a block.
+
+    A vector of features holds block after block, and in each block all features of the first channel, then all of the
+    second, and so on.
+
+    Raises:
+        ValueError: The features are not known.
+    """
+    if kind not in FEATURES:
+        raise ValueError(f"features {kind!r} are not known; allowed: {', '.join(FEATURES)}")
+    spans = {"steps": STEPS_S, "epochs": FINEST_S}.get(kind, tuple(windows_s) or WINDOWS_S)
+    blocks = [[Feature("mean", "µV", span) for span in spans]]
+    if kind == "windows_bands":
+        blocks.append([Feature(band, "dB", BANDS_SPAN_S) for band in BANDS_HZ])
+    return blocks
+
+
+def band_power(epochs_uv: np.ndarray, times_s: np.ndarray, *, span_s: Span = BANDS_SPAN_S) -> np.ndarray:
     """Return the power in theta, alpha and beta: ndarray, shape (n_trials, n_channels × 3), dB (µV²).
 
     Hann-tapered periodogram of ``span_s`` after removing its mean, zero-padded to 1 Hz bins, averaged over each band.

@@ -11,6 +11,8 @@ import numpy as np
 from hrcneuro.decoding.crossval import Split
 
 RATES = ("tnr", "tpr", "acc", "bacc", "auc")
+FALSE_POSITIVES = np.linspace(0.0, 1.0, 101)
+"""Shares of class 1 taken for class 2, at which ROC curves are read."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,43 @@ def auc(labels: np.ndarray, scores: np.ndarray) -> float:
         return float("nan")
     below = np.searchsorted(first, second, "left") + np.searchsorted(first, second, "right")
     return float(below.sum()) / (2 * len(first) * len(second))
+
+
+def mean_roc(labels: np.ndarray, splits: Sequence[Split], scores: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the mean over the folds of the share of class 2 that is found at each of :data:`FALSE_POSITIVES`.
+
+    Each fold has a curve of its own, since scores of different decoders have no common scale; the mean of the curves
+    encloses the mean of the folds' AUC. Where a curve rises straight up, the middle of the rise counts. Folds that lack
+    a class are left out.
+
+    Args:
+        labels: ndarray, shape (n_trials,), true for class 2.
+        splits: The folds.
+        scores: Of each fold's held-out trials.
+
+    Returns:
+        ndarray, shape (101,), shares; NaN where no fold has both classes.
+    """
+    found = (_roc(labels[s.test], v) for s, v in zip(splits, scores, strict=True))
+    curves = [curve for curve in found if curve is not None]
+    return np.mean(curves, axis=0) if curves else np.full(len(FALSE_POSITIVES), np.nan)
+
+
+def _roc(labels: np.ndarray, scores: np.ndarray) -> np.ndarray | None:
+    """Return one fold's curve at FALSE_POSITIVES; None where it lacks a class."""
+    n_second = int(np.count_nonzero(labels))
+    n_first = len(labels) - n_second
+    if not n_first or not n_second:
+        return None
+    order = np.argsort(-scores, kind="stable")
+    # Trials with equal scores are found together.
+    last = np.r_[np.flatnonzero(np.diff(scores[order])), len(order) - 1]
+    found = np.cumsum(labels[order])[last]
+    false, true = np.r_[0, last + 1 - found] / n_first, np.r_[0, found] / n_second
+    # At a rise interpolation takes its end; seen from behind, its start.
+    upper = np.interp(FALSE_POSITIVES, false, true)
+    lower = 1 - np.interp(1 - FALSE_POSITIVES, 1 - false[::-1], 1 - true[::-1])
+    return (upper + lower) / 2
 
 
 def fold_rates(labels: np.ndarray, splits: Sequence[Split], scores: Sequence[np.ndarray]) -> FoldRates:

@@ -75,6 +75,7 @@ class Decoded:
 
     Attributes:
         fold_rates: The rates of each fold.
+        roc: ndarray, shape (101,), see :func:`.metrics.mean_roc`.
         scores: ndarray, shape (n_repeats, n_trials): in each repeat every trial is held out once.
         lobo_bacc: Balanced accuracy with one block left out at a time.
         matched_bacc: Balanced accuracy of decoders trained and tested on trials after no error.
@@ -84,6 +85,7 @@ class Decoded:
     """
 
     fold_rates: metrics.FoldRates
+    roc: np.ndarray
     scores: np.ndarray
     lobo_bacc: float
     matched_bacc: float
@@ -153,6 +155,7 @@ def decode(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, 
     table = crossval.by_repeat(plan.shuffled, scores, n)
     return Decoded(
         fold_rates=metrics.fold_rates(labels, plan.shuffled, scores),
+        roc=metrics.mean_roc(labels, plan.shuffled, scores),
         scores=table,
         lobo_bacc=_pooled(labels, plan.blockwise, decoder),
         matched_bacc=_pooled(labels, plan.matched, decoder, trials.cues.get(MATCHED_CUE)),

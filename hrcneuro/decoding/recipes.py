@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from hrcneuro.contract import option
 from hrcneuro.decoding.scheme import SHRINKAGE
@@ -12,6 +13,7 @@ ESTIMATORS = ("rlda", "shrinkage_lda", "toeplitz_lda", "xdawn_tangent")
 N_STEPS = 12  # of the features steps
 
 _ROWS = ("windows", "windows_600", "steps", "windows_bands")
+_WINDOWED = ("windows", "windows_600", "windows_bands")
 # A block-Toeplitz covariance needs equal windows side by side, xDAWN channels and time steps apart.
 _FITTING = {"rlda": _ROWS, "shrinkage_lda": _ROWS, "toeplitz_lda": ("steps",), "xdawn_tangent": ("epochs",)}
 
@@ -20,19 +22,43 @@ _FITTING = {"rlda": _ROWS, "shrinkage_lda": _ROWS, "toeplitz_lda": ("steps",), "
 class Recipe:
     """One decoder: features of each trial, and an estimator with its parameters."""
 
-    estimator: str = option("rlda", "the classifier", choices=ESTIMATORS)
+    estimator: str = option(
+        "rlda", f"the classifier: {', '.join(ESTIMATORS)}, or the import path of any of scikit-learn's kind"
+    )
     features: str = option("windows", "what it sees of a trial", choices=FEATURES)
-    params: dict[str, float] = option({}, "the estimator's parameters, e.g. shrinkage")
+    params: dict[str, Any] = option({}, "the estimator's parameters, e.g. shrinkage")
     citation: str = option("", "where the method comes from")
+    windows_s: tuple[tuple[float, ...], ...] = option(
+        (),
+        "start and end of each window of features = windows, windows_600 or windows_bands; none: the paper's",
+        unit="s",
+    )
+    file: str = option("", "your own Python file that has the estimator", path=True, keyed=False)
+
+    @property
+    def foreign(self) -> bool:
+        """Whether the estimator is named by its import path."""
+        return "." in self.estimator
+
+    @property
+    def sees(self) -> tuple[str, tuple[tuple[float, ...], ...]]:
+        """What the features are made of: two recipes that agree in it see the same of a trial."""
+        return self.features, self.windows_s
 
 
 def misfits(recipe: Recipe) -> list[str]:
     """Return what of a recipe does not fit together, a sentence each: ``what is there; what is allowed``."""
-    sentences = []
+    sentences = _wrong_windows(recipe)
+    if recipe.foreign or recipe.estimator not in ESTIMATORS:
+        return sentences + _wrong_path(recipe)
+    if recipe.file:
+        sentences.append(f"file is for an estimator of your own; {recipe.estimator} is built in: leave file out")
     if recipe.features not in _FITTING[recipe.estimator]:
         allowed = ", ".join(_FITTING[recipe.estimator])
         sentences.append(f"features = {recipe.features!r}; allowed for {recipe.estimator}: {allowed}")
     given = dict(recipe.params)
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in given.values()):
+        return [*sentences, f"params = {recipe.params}; allowed for {recipe.estimator}: numbers"]
     if recipe.estimator == "rlda":
         good, allowed = 0 < given.pop("shrinkage", SHRINKAGE) <= 1, "0 < shrinkage <= 1"
     elif recipe.estimator == "toeplitz_lda":
@@ -45,6 +71,25 @@ def misfits(recipe: Recipe) -> list[str]:
     if given or not good:
         sentences.append(f"params = {recipe.params}; allowed for {recipe.estimator}: {allowed}")
     return sentences
+
+
+def _wrong_windows(recipe: Recipe) -> list[str]:
+    if recipe.windows_s and recipe.features not in _WINDOWED:
+        return [f"windows_s is for features = {', '.join(_WINDOWED)}; features is {recipe.features!r}: leave it out"]
+    return [
+        f"windows_s[{i}] = {list(window)}; allowed: [start, end], start first"
+        for i, window in enumerate(recipe.windows_s)
+        if len(window) != 2 or window[0] >= window[1]
+    ]
+
+
+def _wrong_path(recipe: Recipe) -> list[str]:
+    if recipe.foreign and all(part.isidentifier() for part in recipe.estimator.split(".")):
+        return []
+    return [
+        f"estimator = {recipe.estimator!r}; allowed: {', '.join(ESTIMATORS)}, or an import path such as "
+        "'sklearn.svm.SVC' (of your own file: 'FILE.NAME', with file = 'FILE.py')"
+    ]
 
 
 BUILTIN: dict[str, Recipe] = {

@@ -18,7 +18,7 @@ class Scheme:
     """The parameters of decoding (paper 2.5.4, 2.6.2)."""
 
     mean_window_s: tuple[float, ...] = option(MEAN_WINDOW_S, "start and end of the mean that is removed", unit="s")
-    shrinkage: float = option(SHRINKAGE, "lambda of the regularised LDA", low=0, high=1, open_low=True)
+    shrinkage: float = option(SHRINKAGE, "lambda of the regularised LDA", low=0, high=1, share=True, open_low=True)
     folds: int = option(
         published.REPEATS_FOLDS.value[1], "folds; fewer where the smaller class has fewer trials", low=2, high=1000
     )

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
     """Draw the figures whose contrasts have all been tested."""
+    import numpy as np
+
+    from hrcneuro.figures import notes
     from hrcneuro.figures.cases import compose
-    from hrcneuro.figures.notes import shown_channel
     from hrcneuro.figures.style import save
     from hrcneuro.tables.maps import read_positions, read_tested
 
@@ -26,10 +28,12 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
         if not all(_key(one) in potentials.maps for one in printed):
             continue
         names = potentials.maps[_key(printed[0])].channels
-        channel, missing = shown_channel(config.erp.channel, names)
+        channel, missing = notes.shown_channel(config.erp.channel, names)
         panels = _panels(printed, files, potentials, rhythms, channel)
         positions = read_positions(files.path("erp", "channels.parquet"), names)
-        note = "; ".join(["bands: standard error", _tests(config, panels[0]), *missing])
+        banded = any(np.isfinite(panel.waves.plus_error).any() for panel in panels)
+        bands = notes.bands("", 0, waves=banded, difference=False)
+        note = "; ".join([*bands, _tests(config, panels), *missing])
         save(compose(panels, positions, channel=channel, gap_s=potentials.gap_s, note=note), out / name)
 
 
@@ -56,15 +60,18 @@ def _panels(
     ]
 
 
-def _tests(config: Any, panel: CasePanel) -> str:
-    """Return what the tests of potentials and rhythms are: apart where they differ."""
+def _tests(config: Any, panels: list[CasePanel]) -> str:
+    """Return what the tests of potentials and rhythms are: apart where they, or whether they found anything, differ."""
     from hrcneuro.figures.notes import named_test
 
-    kinds = (("potentials", panel.potentials, config.erp), ("rhythms", panel.rhythms, config.ersp))
+    kinds = (
+        ("potentials", [panel.potentials for panel in panels], config.erp),
+        ("rhythms", [panel.rhythms for panel in panels if panel.rhythms is not None], config.ersp),
+    )
     named = {
-        what: named_test(options.correction, options.alpha, subjects=tested.n)
+        what: named_test(options.correction, options.alpha, subjects=tested[0].n, found=any(one.any for one in tested))
         for what, tested, options in kinds
-        if tested is not None
+        if tested
     }
     if len(set(named.values())) == 1:
         return named["potentials"]

@@ -1,4 +1,4 @@
-"""The pictures of erp: waveforms with maps above them, of a subject and of the group."""
+"""The pictures of erp: waveforms with maps above them, of a subject and of the group; a subject's single trials."""
 
 from __future__ import annotations
 
@@ -20,21 +20,65 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
 
     waves, options = read_waveforms(files.path("erp", "waveforms.parquet")), config.erp
     channel, missing = notes.shown_channel(options.channel, waves.channels)
-    bands = notes.bands(" over trials", options.confidence)
-    if options.overlap == "regress":
-        bands = "overlap of responses regressed out, which leaves no standard error"
     row = waves.channels.index(channel)
     shown = erp_panels.PanelSettings(waves.times, row, waves.gap_s, options.map_times_s, options.confidence)
+    panels = erp_panels.of_subject(waves.counts, waves.means, waves.errors, options.contrasts, shown)
+    bands = notes.bands(" over trials", options.confidence, **figures.bands(panels))
+    if options.overlap == "regress":
+        bands = ["overlap of responses regressed out, which leaves no standard error"]
     figures.draw(
-        erp_panels.of_subject(waves.counts, waves.means, waves.errors, options.contrasts, shown),
+        panels,
         waves.times,
         read_positions(files.path("erp", "channels.parquet"), waves.channels),
         out / "erp_subject.png",
         channel=channel,
         gap_s=waves.gap_s,
-        note="; ".join([files.unit, *missing, bands]),
+        note="; ".join([files.unit, *missing, *bands]),
     )
+    # The tables hold no single trials; without the epochs the rest is drawn.
+    if files.has("epoch", "{unit}_epo.fif"):
+        _draw_image(options, files, channel, out)
     return {"warnings": missing}
+
+
+def _draw_image(options: Any, files: Inputs, channel: str, out: Path) -> None:
+    """Draw the trials of the first contrasts that have any, of the conditions without one; write them beside it."""
+    import numpy as np
+    import pandas as pd
+
+    from hrcneuro.analyses.conditions import matching
+    from hrcneuro.eeg.evoked import subtract_baseline
+    from hrcneuro.eeg.trial_image import trial_image
+    from hrcneuro.figures import erp_image
+    from hrcneuro.io.trials import read_trials
+    from hrcneuro.tables.erp_image import write_erp_image
+
+    trials = read_trials(files, np.float32)
+    start, stop = options.baseline_s
+    waves = subtract_baseline(trials.data[:, trials.info["ch_names"].index(channel)], trials.times, (start, stop))
+    members = {name: mask for name, mask in matching(trials.table, options.conditions).items() if mask.any()}
+    unknown = pd.Series([float("nan")] * len(waves))
+    gaps = pd.to_numeric(trials.table.get("soa_s", unknown), errors="coerce").to_numpy(float)
+    pairs = {name: pair for name, pair in options.contrasts.items() if set(pair) <= set(members)}
+    groups = dict(list(pairs.items())[:_IMAGES]) or {name: (name,) for name in list(members)[:_IMAGES]}
+    panels = {
+        title: [(name, trial_image(waves[members[name]], gaps[members[name]])) for name in names]
+        for title, names in groups.items()
+    }
+    images = {(title if pairs else "", name): one for title, panel in panels.items() for name, one in panel}
+    by_gap = any(one.by_gap for one in images.values())
+    # The line is in the picture where somebody goes on before the epoch ends.
+    line_seen = any((gaps[members[name]] <= trials.times[-1]).any() for _, name in images)
+    order = (
+        f"trials by the time to the next onset{' (black line)' if line_seen else ''}"
+        if by_gap
+        else "trials as recorded"
+    )
+    single = all(one.trials == 1 for one in images.values())
+    line = "a line a trial" if single else "a line is the mean of a twentieth of the trials, or one of few trials"
+    note = f"{files.unit}; {order};\n{line}"
+    erp_image.draw(panels, trials.times, out / "erp_image.png", channel=channel, note=note)
+    write_erp_image(images, channel, trials.times, out / "erp_image.parquet")
 
 
 def draw_group(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
@@ -65,19 +109,22 @@ def _draw(
     contrasts = [erp_panels.GroupPanel(*key, *tested.conditions[key], tested.maps[key], waves[key]) for key in keys]
     row = first.channels.index(channel)
     shown = erp_panels.PanelSettings(first.times, row, tested.gap_s, options.map_times_s, options.confidence)
-    test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects)
+    found = any(tested.maps[key].any for key in keys)
+    test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects, found=found)
+    panels = erp_panels.of_group(contrasts, shown)
     figures.draw(
-        erp_panels.of_group(contrasts, shown),
+        panels,
         first.times,
         read_positions(files.path("erp", "channels.parquet"), first.channels),
         picture,
         channel=channel,
         gap_s=tested.gap_s,
-        note="; ".join([*missing, notes.bands("", options.confidence), test]),
+        note="; ".join([*missing, *notes.bands("", options.confidence, **figures.bands(panels)), test]),
     )
     return missing
 
 
+_IMAGES = 4  # panels of the ERP image
 _SHOWN = ("erp.channel", "erp.map_times_s", "erp.confidence")
 
 DRAWINGS = Drawings(
@@ -88,10 +135,17 @@ DRAWINGS = Drawings(
             "erp_subject.png": Caption(
                 "One subject's potentials with standard errors over trials; their difference with its "
                 "confidence interval, and maps of it (of the potential itself where the study has no contrast)"
-            )
+            ),
+            "erp_image.png": Caption(
+                "Single trials of both conditions of a contrast at one channel, in the order of the time to the next "
+                "onset: what follows the black line is the response to that"
+            ),
         },
-        reads=(Read("erp", ("waveforms.parquet", "channels.parquet")),),
-        options=(*_SHOWN, "erp.contrasts", "erp.overlap"),
+        reads=(
+            Read("erp", ("waveforms.parquet", "channels.parquet")),
+            Read("epoch", ("*_epo*.fif",), required=False),
+        ),
+        options=(*_SHOWN, "erp.contrasts", "erp.overlap", "erp.conditions", "erp.baseline_s"),
         draw=draw_subject,
     ),
     group=Drawing(

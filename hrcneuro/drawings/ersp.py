@@ -50,9 +50,10 @@ def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], pictu
     channels, missing = notes.shown_channels(options.channels, first.channels)
     shown = figures.MapSettings(channels, first.frequencies, first.times, tested.gap_s)
     rows = figures.of_group({key: tested.maps[key].of_channels(channels) for key in keys})
-    test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects)
-    if any(tested.maps[key].tested for key in keys):
-        test = f"full colour: {test}"
+    found = any(tested.maps[key].of_channels(channels).any for key in keys)
+    test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects, found=found)
+    if found:
+        test = f"outlined, in full colour: {test}"
     figures.draw(rows, shown, picture, unit="µV", note="; ".join([test, *missing]))
     return missing
 

@@ -68,7 +68,8 @@ DRAWINGS = Drawings(
     group=Drawing(
         captions={
             "quality_group.png": Caption(
-                "Left: normalised kurtosis of every channel, replaced ones crossed. "
+                "Left: normalised kurtosis of every channel, replaced ones crossed, steadily noisy ones (deviation and "
+                "correlation of PREP) framed. "
                 "Middle and right, from 90 s in the middle of up to four recordings, no excluded ones: spectra and the "
                 "mean blink, as recorded and clean",
                 "Signal quality",

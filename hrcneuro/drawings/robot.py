@@ -32,7 +32,9 @@ DRAWINGS = Drawings(
                 "Path and tracking error",
             ),
             "timing.png": Caption(
-                "Timing (§ 2.3.4): from marker to motion onset, control cycles, and onsets behind the log's", "Timing"
+                "Timing (§ 2.3.4), as far as the arm's clock has any: from marker to motion onset, from command to "
+                "marker, control cycles, and onsets behind the log's",
+                "Timing",
             ),
             "reach.png": Caption(
                 "The cell, how far each of its tiles is from a singularity, and how fast the joints must turn there",

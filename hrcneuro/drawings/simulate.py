@@ -13,7 +13,7 @@ _USUAL = ("events", "subtasks", "chosen", "alpha", "tau")
 
 def draw(config: Any, files: Inputs, out: Path) -> None:
     """Draw Fig 4 from the curves and what is said of them, and the rest as far as it was computed."""
-    from hrcneuro.figures import learners, simulate, sweep
+    from hrcneuro.figures import learners, simulate
     from hrcneuro.io.tables import read_table
 
     def table(name: str) -> Any:
@@ -25,17 +25,24 @@ def draw(config: Any, files: Inputs, out: Path) -> None:
         learners.draw(table("learners"), table("learner_curves"), out / "learners.png")
     if files.has("simulate", "confound.parquet"):
         simulate.error_readers(table("confound"), out / "confound.png")
-    if files.has("simulate", "sweep.parquet"):
-        options = config.simulate
-        usual = {axis: getattr(options, axis) for axis in _USUAL} | {"period": 0}
-        sweep.draw(
-            table("sweep"),
-            usual,
-            options.sweep,
-            episodes=options.episodes,
-            learner=options.sweep_learner,
-            path=out / "sweep.png",
-        )
+
+
+def draw_sweep(config: Any, files: Inputs, out: Path) -> None:
+    """Draw the design sweep: one axis as curves, several as contours."""
+    from hrcneuro.figures import sweep
+    from hrcneuro.io.tables import read_table
+
+    options = config.simulate
+    usual = {axis: getattr(options, axis) for axis in _USUAL} | {"period": 0}
+    sweep.draw(
+        read_table(files.path("simulate", "sweep.parquet")),
+        read_table(files.path("simulate", "needed.parquet")),
+        usual,
+        options.sweep,
+        episodes=options.episodes,
+        learner=options.sweep_learner,
+        path=out / "sweep.png",
+    )
 
 
 DRAWINGS = Drawings(
@@ -55,10 +62,21 @@ DRAWINGS = Drawings(
             "confound.png": Caption(
                 "Learning when the decoder answers to errors: the same rates, other tasks", "Learning from errors"
             ),
-            "sweep.png": Caption("How good must a decoder be? Minutes to 80 % choice accuracy", "Design sweep"),
         },
         reads=(Read("simulate", ("*.parquet",), Of.GROUP),),
-        options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),
+        options=(),
         draw=draw,
+    ),
+    sweep=Drawing(
+        captions={
+            "sweep.png": Caption(
+                "How good must a decoder be? Learning over the values swept, with 95 % Monte-Carlo bands where one "
+                "axis varies, and minutes until 80 % of the choices are right",
+                "Design sweep",
+            ),
+        },
+        reads=(Read("simulate", ("*.parquet",)),),
+        options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),
+        draw=draw_sweep,
     ),
 )

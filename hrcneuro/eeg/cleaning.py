@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hrcneuro.eeg import channels, filters, interpolation, ocular, resample
+from hrcneuro.eeg import channels, filters, interpolation, noisy, ocular, resample
 from hrcneuro.eeg.params import CleaningParams
 from hrcneuro.eeg.refusals import (
     AllBadError,
@@ -70,7 +70,8 @@ class Cleaned:
         ahead_ms: How far the down-sampling looks ahead, in ms; 0 where the rate stays.
         kurtosis: ndarray, shape (n_eeg,), NaN for a flat channel.
         z: ndarray, shape (n_eeg,), SD: the kurtosis normalised, NaN where flat or marked.
-        reason: Why a channel is bad (``kurtosis``, ``flat``, ``marked``), or an empty string.
+        noise: Which channels are noisy all the time, before any was interpolated.
+        reason: Why a channel is bad (``kurtosis``, ``flat``, ``marked``, ``noisy``), or an empty string.
         interpolated, dropped: ndarray, shape (n_eeg,), bool.
         weights: ndarray, shape (n_eeg, n_eog), 0 for an EOG channel that was marked bad.
         rms_before, rms_after: ndarray, shape (n_eeg,), µV: after the band-pass, and at the end (NaN where dropped).
@@ -82,6 +83,7 @@ class Cleaned:
     ahead_ms: int
     kurtosis: np.ndarray
     z: np.ndarray
+    noise: noisy.Noise
     reason: list[str]
     interpolated: np.ndarray
     dropped: np.ndarray
@@ -116,7 +118,7 @@ def clean(
     before = _rms(signals.eeg)
     weights = _remove_eyes(signals, params, notes)
     on_step("eog", signals.eeg)
-    verdict, reason = _judge(signals, params, notes)
+    verdict, noise, reason = _judge(signals, params, notes)
     interpolated, dropped = _interpolate(signals, params, reason, notes)
     eeg = _without(signals.eeg, dropped)
     on_step("interpolated", eeg)
@@ -127,7 +129,19 @@ def clean(
     after = np.full(len(names), math.nan)
     after[~dropped] = _rms(eeg)
     return Cleaned(
-        eeg, ratio, ahead_ms, verdict.kurtosis, verdict.z, reason, interpolated, dropped, weights, before, after, notes
+        eeg=eeg,
+        ratio=ratio,
+        ahead_ms=ahead_ms,
+        kurtosis=verdict.kurtosis,
+        z=verdict.z,
+        noise=noise,
+        reason=reason,
+        interpolated=interpolated,
+        dropped=dropped,
+        weights=weights,
+        rms_before=before,
+        rms_after=after,
+        warnings=notes,
     )
 
 
@@ -196,7 +210,9 @@ def _remove_eyes(signals: Signals, params: CleaningParams, notes: list[str]) -> 
     return weights
 
 
-def _judge(signals: Signals, params: CleaningParams, notes: list[str]) -> tuple[channels.Verdict, list[str]]:
+def _judge(
+    signals: Signals, params: CleaningParams, notes: list[str]
+) -> tuple[channels.Verdict, noisy.Noise, list[str]]:
     names = signals.eeg_names
     marked = np.array([name in signals.marked for name in names], bool)
     threshold = params.threshold if params.bad_channels == "kurtosis" else math.inf
@@ -205,16 +221,32 @@ def _judge(signals: Signals, params: CleaningParams, notes: list[str]) -> tuple[
         "flat" if flat else "marked" if mark else "kurtosis" if bad else ""
         for flat, mark, bad in zip(verdict.flat, marked, verdict.bad, strict=True)
     ]
-    if verdict.bad.all():
+    noise = _noise(signals, params, ~(verdict.flat | marked))
+    if params.noisy == "replace":
+        reason = [why or ("noisy" if is_noisy else "") for why, is_noisy in zip(reason, noise.noisy, strict=True)]
+    bad = sum(map(bool, reason))
+    if bad == len(names):
         listed = ", ".join(f"{name} ({why})" for name, why in zip(names, reason, strict=True))
-        refusal = AllRejectedError if "kurtosis" in reason else AllBadError
+        refusal = AllRejectedError if {"kurtosis", "noisy"} & set(reason) else AllBadError
         raise refusal(f"all {len(names)} EEG channels are bad: {listed}")
     compared = int((~(verdict.flat | marked)).sum())
     if params.bad_channels == "kurtosis" and compared < channels.MIN_CHANNELS:
         notes.append(f"only {compared} channels to compare: none is rejected by its kurtosis")
-    if verdict.bad.sum() > len(names) / 3:
-        notes.append(f"{verdict.bad.sum()} of {len(names)} EEG channels are bad")
-    return verdict, reason
+    if bad > len(names) / 3:
+        notes.append(f"{bad} of {len(names)} EEG channels are bad")
+    return verdict, noise, reason
+
+
+def _noise(signals: Signals, params: CleaningParams, used: np.ndarray) -> noisy.Noise:
+    return noisy.judge(
+        signals.eeg,
+        signals.sfreq,
+        used=used,
+        deviation=params.noisy_deviation,
+        correlation=params.noisy_correlation,
+        share=params.noisy_share,
+        borders=signals.borders,
+    )
 
 
 def _interpolate(

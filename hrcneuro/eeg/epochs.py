@@ -107,6 +107,28 @@ def judge(
     return reasons
 
 
+def largest(data: np.ndarray, onsets: np.ndarray, window: Window) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest |x| of each epoch, NaN where it leaves the recording, and the channel that holds it, else -1.
+
+    Args:
+        data: ndarray, shape (n_channels, n_times), any unit.
+        onsets: ndarray, shape (n_trials,), sample of each onset, negative where there is none.
+        window: What is cut.
+
+    Returns:
+        ndarray, shape (n_trials,), in that unit, and ndarray, shape (n_trials,), int.
+    """
+    peaks, channels = np.full(len(onsets), np.nan), np.full(len(onsets), -1)
+    starts = onsets + window.first
+    inside = (onsets >= 0) & (starts >= 0) & (starts + window.length <= data.shape[1])
+    for i in np.flatnonzero(inside):
+        piece = data[:, starts[i] : starts[i] + window.length]
+        own = np.maximum(piece.max(axis=1), -piece.min(axis=1))
+        channels[i] = own.argmax()
+        peaks[i] = own[channels[i]]
+    return peaks, channels
+
+
 def cut(data: np.ndarray, onsets: np.ndarray, window: Window) -> np.ndarray:
     """Return the epochs, copied out of the continuous data.
 

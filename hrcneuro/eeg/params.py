@@ -48,6 +48,24 @@ class CleaningParams:
         low=0,
         open_low=True,
     )
+    noisy: str = option(
+        "flag",
+        "steadily noisy channels (PREP): flagged in quality.parquet and nothing more, or replaced as bad ones are",
+        choices=("flag", "replace"),
+    )
+    noisy_deviation: float = option(
+        5.0,
+        "channels whose robust SD lies further from that of the others are noisy",
+        unit="SD",
+        low=0,
+        open_low=True,
+    )
+    noisy_correlation: float = option(
+        0.4, "a second in which no other channel correlates as well counts against a channel", low=0, high=1
+    )
+    noisy_share: float = option(
+        0.01, "channels with more than this share of such seconds are noisy", low=0, high=1, share=True
+    )
     interpolation: str = option(
         "eeglab",
         "splines for bad channels: as EEGLAB computes them, or Perrin's (MNE; better for new studies)",

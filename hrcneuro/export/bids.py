@@ -11,7 +11,7 @@ import json
 import re
 import shutil
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.export.bids_events import describe_events
+from hrcneuro.export.sidecars import write_json, write_text
 from hrcneuro.sources.origin import Origins, mark_of
 from hrcneuro.sources.recording import reference_of
 
 if TYPE_CHECKING:
     import mne
-    import pandas as pd
 
 CLEAN = Path("derivatives") / "hrcneuro"
 FIF = Path("derivatives") / "mne"
@@ -92,15 +93,15 @@ def write_dataset(folder: Path, origins: Sequence[Origins], *, study: str, parad
         "GeneratedBy": [{"Name": _MARK, "Version": __version__}],
     }
     simulated, origin = _said_of_all(origins)
-    _json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
-    _text(folder / "README.md", f"# {study}\n\n{origin}\n\n{_README}")
+    write_json(folder / "dataset_description.json", {"Name": f"{study}{simulated}", "DatasetType": "raw", **about})
+    write_text(folder / "README.md", f"# {study}\n\n{origin}\n\n{_README}")
     derived = folder / CLEAN
-    _json(
+    write_json(
         derived / "dataset_description.json",
         {"Name": f"{study}{simulated}: hrcneuro's derivatives", "DatasetType": "derivative", **about},
     )
-    _text(derived / "README.md", f"# {study}: derivatives\n\n{origin}\n\n{_DERIVED}")
-    _text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{origin}\n\n{_EPOCHS}")
+    write_text(derived / "README.md", f"# {study}: derivatives\n\n{origin}\n\n{_DERIVED}")
+    write_text(folder / FIF / "README.md", f"# {study}: epochs and averages\n\n{origin}\n\n{_EPOCHS}")
 
 
 def _said_of_all(origins: Sequence[Origins]) -> tuple[str, str]:
@@ -143,7 +144,7 @@ def write_subject(
     raw = read_raw(subject.raw, preload=True)
     trials = read_table(subject.trials)
     base = _write_recording(raw, folder, subject, task=task, line_hz=line_hz)
-    _describe_events(base, raw, trials)
+    describe_events(base, raw, trials)
     if subject.clean is not None:
         clean = read_raw(subject.clean, preload=True)
         derived = _write_recording(clean, folder / CLEAN, subject, task=task, line_hz=line_hz)
@@ -194,65 +195,13 @@ def _write_recording(raw: mne.io.BaseRaw, root: Path, subject: Subject, *, task:
     if origin:
         # pybv ends the header with an empty section for comments; it stays with the file, wherever that is copied.
         header = base.with_name(f"{base.name}_eeg.vhdr")
-        _text(header, f"{header.read_text(encoding='utf-8').rstrip()}\n{origin}\n")
+        write_text(header, f"{header.read_text(encoding='utf-8').rstrip()}\n{origin}\n")
     return base
 
 
 def _amend(base: Path, **values: Any) -> None:
     path = base.with_name(f"{base.name}_eeg.json")
-    _json(path, {**json.loads(path.read_text(encoding="utf-8")), **values})
-
-
-def _describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> None:
-    """Write events.tsv: the trial table, and the recording's other annotations, in order of time."""
-    import pandas as pd
-
-    from hrcneuro.eeg.breaks import event_mark
-    from hrcneuro.tables.trials import TRIALS
-
-    known = trials[trials["onset_sample"].notna()]
-    own = [c for c in TRIALS.columns if c not in ("subject", "event", "onset_s", "onset_sample")]
-    used = [c for c in own if known[c].notna().any()]
-    sample = known["onset_sample"].astype("int64")
-    rows = pd.DataFrame(
-        {
-            "onset": sample / raw.info["sfreq"],
-            "duration": known["t_f_s"].astype(float) if "t_f_s" in used else 0.0,
-            "trial_type": known["event"],
-            "sample": sample,
-            **{c: known[c] for c in used if c != "t_f_s"},
-        }
-    )
-    marks = [(a["onset"], a["duration"], a["description"]) for a in raw.annotations]
-    moves = {event_mark(str(event)) for event in known["event"]}
-    others = pd.DataFrame([m for m in marks if m[2] not in moves], columns=["onset", "duration", "trial_type"])
-    if len(others):
-        others["sample"] = (others["onset"] * raw.info["sfreq"]).round().astype("int64")
-        rows = pd.concat([rows.astype(object), others.astype(object)]).sort_values("onset", kind="stable")
-    rows = rows.map(_cell)
-    rows.to_csv(base.with_name(f"{base.name}_events.tsv"), sep="\t", index=False, na_rep="n/a")
-    meaning: dict[str, Any] = {
-        "onset": {"Description": "start of the event, from the first sample", "Units": "s"},
-        "duration": {"Description": "duration of the motion; n/a where unknown", "Units": "s"},
-        "trial_type": {"Description": "name of the event; BAD and EDGE mark what no analysis uses"},
-        "sample": {"Description": "nearest sample, the first is 0"},
-    }
-    for name in rows.columns[4:]:
-        column = TRIALS.columns[name]
-        meaning[name] = {"Description": column.text, **({"Units": column.unit} if column.unit == "s" else {})}
-    _json(base.with_name(f"{base.name}_events.json"), meaning)
-
-
-def _cell(value: Any) -> Any:
-    import pandas as pd
-
-    if value is None or value is pd.NA or value != value:
-        return "n/a"
-    if isinstance(value, bool) or type(value).__name__ == "bool":
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e12 else f"{value:.6g}"
-    return value
+    write_json(path, {**json.loads(path.read_text(encoding="utf-8")), **values})
 
 
 def _describe_clean(base: Path, *, reference: str) -> None:
@@ -274,15 +223,6 @@ def _quiet() -> Iterator[None]:
         # Of the conversion to BrainVision, which is wanted, and of a missing date, which is kept back on purpose.
         warnings.simplefilter("ignore")
         yield
-
-
-def _json(path: Path, content: Mapping[str, Any]) -> None:
-    _text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
-
-
-def _text(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
 
 
 _README = """\

@@ -82,7 +82,8 @@ def compose(
             cell = grid[i // 2, i % 2]
             parts = cell.subgridspec(5, 1, height_ratios=[1.1, 0.06, 2.1, 0.25, 1.1], hspace=0)
             tested = panel.potentials
-            times = map_times(tested)
+            # Without maps there are no lines at their times either.
+            times = map_times(tested) if scalp is not None else []
             if scalp is not None:
                 maps = [_topography(tested, time) for time in times]
                 scalp.draw(figure.add_subplot(parts[0]), maps, limit, slots=len(_MAP_TIMES_S), bar=True)
@@ -108,10 +109,11 @@ def compose(
 
 
 def map_times(tested: SignificanceMap) -> list[float]:
-    """Return the times of the maps, s, one of them where most electrodes are significant."""
+    """Return the times of the maps, s, one of them where most electrodes are significant, or the difference largest."""
     times = [t for t in _MAP_TIMES_S if tested.times[0] <= t <= tested.times[-1]]
-    if tested.any and times:
-        count = tested.significant.sum(axis=0)
+    if times:
+        later = tested.times >= 0
+        count = tested.significant.sum(axis=0) if tested.any else np.where(later, tested.difference.std(axis=0), -1)
         # The middle of the longest plateau, not its first sample.
         best = float(np.median(tested.times[count == count.max()]))
         times[int(np.argmin(np.abs(np.array(times) - best)))] = best
@@ -164,12 +166,13 @@ def _draw_rhythms(figure: Figure, axes: Axes, tested: SignificanceMap | None) ->
             0.5, 0.5, "ERSP: no bin is significant", transform=axes.transAxes, ha="center", color=GREY, fontsize=8
         )
         return
-    limit = float(np.abs(extreme).max())
+    # A single bin should not bleach all others.
+    limit = float(np.quantile(np.abs(extreme[extreme != 0]), 0.95))
     shown = np.ma.masked_where(extreme == 0, extreme)
     image = axes.pcolormesh(ms, hz, shown, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="nearest", rasterized=True)
     names = np.array(tested.channels)[np.unique(np.abs(masked).argmax(axis=0)[extreme != 0])]
     text = ", ".join(names[:6]) + (" ..." if len(names) > 6 else "")
     axes.text(0.01, 0.95, f"significant at {text}", transform=axes.transAxes, va="top", fontsize=7)
-    bar = figure.colorbar(image, cax=axes.inset_axes((1.01, 0, 0.012, 0.85)))
+    bar = figure.colorbar(image, cax=axes.inset_axes((1.01, 0, 0.012, 0.85)), extend="both")
     bar.ax.set_title("µV", fontsize=6, pad=3)
     bar.ax.tick_params(labelsize=6, length=2, pad=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,29 +11,31 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from hrcneuro.figures.style import GREY, STYLE, save
 
 _PLAIN, _STRATUM, _RETRAINED, _FREE = "#222222", "#b0246a", "#2166ac", "#b36b00"
-# Column of the subjects' scores -> label, colour, stratum whose trials it rests on; a gap before each block.
-ROWS: tuple[tuple[str, str, str, tuple[str, bool] | None] | None, ...] = (
-    ("bacc", "all trials", _PLAIN, None),
-    ("lobo_bacc", "one block left out", _PLAIN, None),
-    None,
-    ("prev_error_no_bacc", "after no error", _STRATUM, ("prev_error", False)),
-    ("prev_error_yes_bacc", "after an error", _STRATUM, ("prev_error", True)),
-    ("turn_no_bacc", "no turn ahead", _STRATUM, ("turn", False)),
-    ("turn_yes_bacc", "turn ahead", _STRATUM, ("turn", True)),
-    None,
-    ("matched_bacc", "retrained after no error", _RETRAINED, ("prev_error", False)),
-    None,
-    ("prev_error_fitted_bacc", "no EEG: previous error", _FREE, None),
-    ("turn_fitted_bacc", "no EEG: turn ahead", _FREE, None),
-)
-
-
+_KINDS = {
+    _PLAIN: "all trials",
+    _STRATUM: "trained on all, scored within",
+    _RETRAINED: "trained and scored within",
+    _FREE: "a rule without EEG",
+}
+# Column of the subjects' scores -> label, colour, stratum whose trials it rests on; a gap between colours.
+ROWS: dict[str, tuple[str, str, tuple[str, bool] | None]] = {
+    "bacc": ("all trials", _PLAIN, None),
+    "prev_error_no_bacc": ("after no error", _STRATUM, ("prev_error", False)),
+    "prev_error_yes_bacc": ("after an error", _STRATUM, ("prev_error", True)),
+    "turn_no_bacc": ("no turn ahead", _STRATUM, ("turn", False)),
+    "turn_yes_bacc": ("turn ahead", _STRATUM, ("turn", True)),
+    "matched_bacc": ("after no error", _RETRAINED, ("prev_error", False)),
+    "prev_error_fitted_bacc": ("previous error", _FREE, None),
+    "turn_fitted_bacc": ("turn ahead", _FREE, None),
+}
 # What qualifies the plain result: without any of it there is nothing to show.
-QUALIFIERS = [row[0] for row in ROWS if row and row[0] not in ("bacc", "lobo_bacc")]
+QUALIFIERS = [name for name in ROWS if name != "bacc"]
+_GAP = 0.6
 
 
 def draw(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | None, path: Path) -> None:
@@ -52,19 +54,51 @@ def draw(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | None
 def figure(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | None) -> Figure:
     """Return the figure; arguments as :func:`draw` takes them."""
     panels = list(scores.groupby(["scenario", "problem", "decoder"], sort=True))
-    figure = Figure(figsize=(1.9 + 2.0 * len(panels), 3.8), layout="constrained")
-    axes = figure.subplots(1, len(panels), sharey=True, sharex=True, squeeze=False)[0]
-    for axis, (key, part) in zip(axes, panels, strict=True):
+    rows = places([name for name in ROWS if np.isfinite(scores[name].to_numpy(float)).any()])
+    columns = min(2, len(panels))
+    lines = -(-len(panels) // columns)
+    tall = 0.55 + 0.24 * (1 - min(rows.values()))
+    figure = Figure(figsize=(1.3 + 2.0 * columns, lines * tall + 0.8), layout="constrained")
+    axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
+    for axis, (key, part) in zip(axes.flat, panels, strict=False):
         place = dict(zip(("scenario", "problem", "decoder"), key, strict=True))
         sizes = None if strata is None else _at(strata, place)
-        _panel(axis, part, _at(table2, place).set_index("measure"), sizes)
-        axis.set_title(f"{place['scenario']}: {place['problem']}, n = {len(part)}")
+        _panel(axis, part, _at(table2, place).set_index("measure"), sizes, rows)
+        scenario = "" if place["scenario"] == "all" else f"{place['scenario']}: "
+        axis.set_title(f"{scenario}{place['problem']}, n = {len(part)}")
+    for axis in axes.flat[len(panels) :]:
+        axis.set_axis_off()
+    for axis in axes[-1]:
         axis.set_xlabel("balanced accuracy (%)")
-    values = scores[["bacc", *QUALIFIERS]].to_numpy(float)
-    axes[0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanmax(values)) + 3)
-    axes[0].set_yticks(*_ticks())
-    axes[0].set_ylim(-len(ROWS) + 0.4, 0.6)
+    values = scores[list(rows)].to_numpy(float)
+    axes[0, 0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanmax(values)) + 3)
+    axes[0, 0].set_yticks(list(rows.values()), [ROWS[name][0] for name in rows])
+    for axis in axes[:, 0]:
+        for label, name in zip(axis.get_yticklabels(), rows, strict=True):
+            label.set_color(ROWS[name][1])
+    axes[0, 0].set_ylim(min(rows.values()) - 0.6, 0.6)
+    _legend(figure, list(dict.fromkeys(ROWS[name][1] for name in rows)))
     return figure
+
+
+def places(names: Sequence[str]) -> dict[str, float]:
+    """Return measure -> height of its row, from the top, with a gap wherever the kind changes."""
+    rows: dict[str, float] = {}
+    height, last = 1.0, ""
+    for name in names:
+        height -= 1 + _GAP * bool(last and ROWS[name][1] != last)
+        rows[name], last = height, ROWS[name][1]
+    return rows
+
+
+def _legend(figure: Figure, shown: Sequence[str]) -> None:
+    handles = [Line2D([], [], color=colour, marker="D", ms=4, lw=2, label=_KINDS[colour]) for colour in shown]
+    grey: Any = {"color": GREY, "ls": "none", "mew": 0}
+    handles += [
+        Line2D([], [], marker="o", ms=3, label="a subject", **grey),
+        Line2D([], [], marker="^", ms=4, label="smallest mean found with 80 % power", **grey),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=6.5, handlelength=1.8)
 
 
 def _at(table: pd.DataFrame, place: Mapping[str, Any]) -> pd.DataFrame:
@@ -72,35 +106,28 @@ def _at(table: pd.DataFrame, place: Mapping[str, Any]) -> pd.DataFrame:
     return table[np.logical_and.reduce([table[column] == value for column, value in place.items()])]
 
 
-def _ticks() -> tuple[list[int], list[str]]:
-    rows = [(-i, row[1]) for i, row in enumerate(ROWS) if row]
-    return [place for place, _ in rows], [label for _, label in rows]
-
-
-def _panel(axis: Axes, part: pd.DataFrame, group: Any, sizes: pd.DataFrame | None) -> None:
+def _panel(axis: Axes, part: pd.DataFrame, group: Any, sizes: pd.DataFrame | None, rows: Mapping[str, float]) -> None:
     axis.axvline(50, color=GREY, lw=0.8)
     axis.tick_params(axis="y", length=0)
-    for i, row in enumerate(ROWS):
-        if row is None:
-            axis.axhline(-i, color="0.85", lw=0.6)
-            continue
-        column, _, colour, stratum = row
+    for column, height in rows.items():
+        _, colour, stratum = ROWS[column]
         values = part[column].to_numpy(float)
         values = values[np.isfinite(values)]
         # A stratum that few subjects have says nothing of the group.
         if 2 * len(values) < len(part):
-            axis.text(50.6, -i, "too few trials", fontsize=6.5, color=GREY, va="center")
+            axis.text(50.6, height, "too few trials", fontsize=6.5, color=GREY, va="center")
             continue
-        axis.plot(values, np.full(len(values), -i), "o", ms=2.5, color=colour, alpha=0.3, mew=0)
+        axis.plot(values, np.full(len(values), height), "o", ms=2.5, color=colour, alpha=0.3, mew=0)
         mean, half = (float(group.loc[column, name]) for name in ("mean", "half_width"))
         if np.isfinite(half):
-            axis.plot([mean - half, mean + half], [-i, -i], color=colour, lw=2)
-        axis.plot(mean, -i, "D", ms=5, color=colour)
+            axis.plot([mean - half, mean + half], [height, height], color=colour, lw=2)
+        axis.plot(mean, height, "D", ms=5, color=colour)
         if colour != _FREE:
-            axis.plot(group.loc[column, "detectable"], -i - 0.32, "^", ms=3.2, color=GREY, mew=0)
+            axis.plot(group.loc[column, "detectable"], height - 0.32, "^", ms=3.2, color=GREY, mew=0)
         if stratum and sizes is not None:
-            rows = sizes[(sizes["cue"] == stratum[0]) & (sizes["value"].astype(bool) == stratum[1])]
-            text = f"{rows['n1'].mean():.0f} : {rows['n2'].mean():.0f}"
+            own = sizes[(sizes["cue"] == stratum[0]) & (sizes["value"].astype(bool) == stratum[1])]
             axis.text(
-                0.99, -i, text, transform=axis.get_yaxis_transform(), ha="right", va="center", fontsize=6, color=GREY
-            )
+                0.99, height, f"{own['n1'].mean():.0f} : {own['n2'].mean():.0f}",
+                transform=axis.get_yaxis_transform(), ha="right", va="center", fontsize=6, color=GREY,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+            )  # fmt: skip

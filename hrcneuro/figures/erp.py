@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +91,9 @@ def draw(
     rows = -(-len(panels) // columns)
     below = _BELOW if any(panel.difference for panel in panels) else 0.0
     scalp = Scalp.of(positions)
+    if scalp is None:
+        # Without maps there are no lines at their times either.
+        panels = [replace(panel, maps=()) for panel in panels]
     limit = _limit([m for p in panels for m in p.maps])
     width, height = _WIDTH * columns + 0.3, (_HEIGHT + below) * rows + _FOOT
     with rc_context(STYLE):
@@ -107,7 +110,8 @@ def draw(
         )
         for i, panel in enumerate(panels):
             cell = grid[i // columns, i % columns]
-            parts = [1, 2.1, 1.4 * below] if below else [1, 2.1]
+            above = 1 if scalp is not None else 0.05
+            parts = [above, 2.1, 1.4 * below] if below else [above, 2.1]
             inner = cell.subgridspec(len(parts), 1, height_ratios=parts, hspace=0.08)
             axes = _plots(figure, inner, panels, panel, times, gap_s)
             for one, label in zip(axes, (f"{channel} (µV)", "difference (µV)"), strict=False):
@@ -172,6 +176,14 @@ def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float, stop_s: float
     if any(p.significant is not None and p.significant.any() for p in panels):
         patches.append(Patch(facecolor="0.82", label="significant difference"))
     legend_below(figure, patches, gap_s, stop_s)
+
+
+def bands(panels: Sequence[Panel]) -> dict[str, bool]:
+    """Return whether there is a band around any of the ``waves``, and around any ``difference``."""
+    waves = [trace for panel in panels for trace in panel.traces]
+    differences = [panel.difference for panel in panels if panel.difference]
+    kinds = (("waves", waves), ("difference", differences))
+    return {kind: any(np.isfinite(trace.error).any() for trace in traces) for kind, traces in kinds}
 
 
 def _limit(maps: Sequence[Topography]) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcneuro.eeg.evoked import difference_interval, half_interval, peak_times
-from hrcneuro.eeg.selection import ALL
 from hrcneuro.eeg.significance import ContrastWaves, SignificanceMap
 from hrcneuro.figures.erp import Panel, Trace
+from hrcneuro.figures.notes import contrast_title
 from hrcneuro.figures.style import CONTINUATION, INK, colours
 from hrcneuro.figures.topomap import Topography
 
@@ -117,7 +117,7 @@ def of_group(contrasts: Sequence[GroupPanel], shown: PanelSettings) -> list[Pane
         half = half_interval(waves.sd / np.sqrt(n), n - 1.0, confidence=shown.confidence)
         panels.append(
             Panel(
-                f"{one.name if one.scenario == ALL else f'{one.scenario}: {one.name}'}, n = {n}",
+                contrast_title(one.scenario, one.name, n),
                 [
                     Trace(one.minus, waves.minus, waves.minus_error, CONTINUATION),
                     Trace(one.plus, waves.plus, waves.plus_error, hues[one.plus]),
@@ -133,16 +133,38 @@ def of_group(contrasts: Sequence[GroupPanel], shown: PanelSettings) -> list[Pane
 def _maps(
     values: Floats, significant: NDArray[np.bool_] | None, shown: PanelSettings, stop_s: float
 ) -> list[Topography]:
-    """Return maps at the wanted times, else where the map is most pronounced up to ``stop_s`` (the end if NaN)."""
+    """Return maps at the wanted times, else where the map is most pronounced: anywhere, then up to ``stop_s``."""
     times, wanted = shown.times, shown.map_times_s
     if not wanted:
-        stop = float(stop_s) if np.isfinite(stop_s) else float(times[-1])
         strength = values.std(axis=0)
         if significant is not None and significant.any():
             # Where something is significant, show that; the factor only sets it above all else.
             strength = strength * (1 + 1000 * significant.sum(axis=0))
-        wanted = peak_times(strength, times, start=0.0, stop=stop, count=_MAPS, apart=_APART_S)
+        wanted = _most_pronounced(
+            strength, values[shown.row], times, float(stop_s) if np.isfinite(stop_s) else float(times[-1])
+        )
     samples = [int(np.argmin(np.abs(times - t))) for t in wanted]
     return [
         Topography(float(times[i]), values[:, i], None if significant is None else significant[:, i]) for i in samples
     ]
+
+
+def _most_pronounced(strength: Floats, wave: Floats, times: Floats, stop: float) -> list[float]:
+    """Return when a map is strongest and the shown wave largest, wherever that is, and others up to ``stop``, s.
+
+    Args:
+        strength: Of the map, ndarray, shape (n_times,).
+        wave: The shown channel's, ndarray, shape (n_times,), µV.
+        times: ndarray, shape (n_times,), s.
+        stop: Where responses begin to overlap, s.
+    """
+    chosen: list[float] = []
+    for values in (strength, np.abs(wave)):
+        (peak,) = peak_times(values, times, start=0.0, stop=float(times[-1]), count=1, apart=_APART_S)
+        chosen += [peak] if all(abs(peak - other) >= _APART_S for other in chosen) else []
+    for count in range(_MAPS, 0, -1):
+        others = peak_times(strength, times, start=0.0, stop=stop, count=count, apart=_APART_S)
+        free = [t for t in others if all(abs(t - one) >= _APART_S for one in chosen)]
+        if len(chosen) + len(free) <= _MAPS:
+            return sorted(chosen + free)
+    return sorted(chosen)

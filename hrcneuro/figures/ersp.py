@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hrcneuro.eeg.selection import ALL
 from hrcneuro.eeg.significance import SignificanceMap
+from hrcneuro.figures.notes import contrast_title
 from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
 
 Maps = NDArray[np.floating]
@@ -24,7 +25,7 @@ Key = tuple[str, str]
 """Scenario, and condition or contrast."""
 
 # How much of the colour is left where a difference is not significant.
-_FADED = 0.35
+_FADED = 0.55
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def of_group(tested: Mapping[Key, SignificanceMap]) -> list[MapRow]:
     """Return a row a tested contrast of the shown channels, each with its number of subjects."""
     return [
         MapRow(
-            f"{name if scenario == ALL else f'{scenario}: {name}'}, n = {one.n}",
+            contrast_title(scenario, name, one.n),
             one.difference,
             one.significant if one.tested else None,
         )
@@ -103,13 +104,16 @@ def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, n
         unit: Of the values.
         note: A line below the picture.
     """
+    if not any(row.significant is not None and row.significant.any() for row in rows):
+        # Nothing to set apart: full colour for all.
+        rows = [replace(row, significant=None) for row in rows]
     limit = float(np.quantile(np.abs([row.values for row in rows]), 0.995)) or 1.0
     count = len(shown.channels)
     with rc_context(STYLE):
-        width, height = 2.1 * count + 1.5, 1.35 * len(rows) + 1.2
+        width, height = 2.1 * count + 1.5, 1.55 * len(rows) + 1.25
         figure = Figure(figsize=(width, height))
-        left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.35 / height, 0.85 / height
-        between = 0.36 / height
+        left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.48 / height, 0.85 / height
+        between = 0.56 / height
         pitch = (top - bottom + between) / len(rows)
         strip = _Strip(np.asarray(shown.times) * 1000, np.asarray(shown.frequencies), count)
         for i, row in enumerate(rows):
@@ -118,8 +122,8 @@ def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, n
             image = strip.draw(axes, row, limit)
             strip.shade(axes, shown.gap_s)
             axes.set_ylabel("frequency (Hz)")
-            titles = [f"{row.title}   {shown.channels[0]}", *shown.channels[1:]]
-            strip.label(axes, titles, times=i == len(rows) - 1)
+            strip.label(axes, shown.channels, times=i == len(rows) - 1)
+            figure.text(left, lowest + pitch - between + 0.23 / height, row.title, fontsize=8.5)
         span = min(1.6 / height, 0.8)
         bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
         bar.ax.tick_params(labelsize=6, length=2)
@@ -198,7 +202,7 @@ class _Strip:
         axes.hlines(np.full(self.count, low), starts + self.times[0], starts + self.times[-1], color="k", lw=0.7,
                     clip_on=False)  # fmt: skip
         for start, title in zip(starts, titles, strict=True):
-            axes.annotate(title, (start + self.times[0], high), (0, 3), textcoords="offset points", fontsize=8.5)
+            axes.annotate(title, (start + self.times[0], high), (0, 3), textcoords="offset points", fontsize=7.5)
         if times:
             for start in starts:
                 middle = (start + self.times[[0, -1]].mean(), low)

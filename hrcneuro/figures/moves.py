@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from hrcneuro.figures.style import COLOURS, GREY, STYLE, save
 
@@ -33,25 +34,33 @@ def draw(
         path: Of the PNG; the PDF lies beside it.
     """
     with rc_context(STYLE):
-        figure = Figure(figsize=(9.4, 2.9), layout="constrained")
-        durations, errors, arrival, markers = figure.subplots(1, 4)
+        figure = Figure(figsize=(5.4, 4.9), layout="constrained")
+        (durations, errors), (arrival, markers) = figure.subplots(2, 2)
         _durations(durations, trials, published_ms)
         _errors(errors, moves, 1e3 * radius_m)
         everything = pd.concat(list(moves.values()))
-        arrival.hist((everything["t_2mm_s"] / everything["t_f_s"]).dropna(), bins=60, color=COLOURS[0])
-        arrival.set_xlabel(f"entry into the {1e3 * radius_m:g} mm radius / $t_f$")
-        arrival.set_ylabel("moves")
-        arrival.set_title(f"arrival, {int(everything['t_2mm_s'].notna().sum())} moves")
-        latency = everything["trigger_latency_ms"].dropna()
-        markers.hist(latency, bins=60, color=COLOURS[0])
-        markers.set_xlabel("motion onset after marker (ms)")
-        markers.set_ylabel("moves")
-        markers.set_title(f"{latency.mean():.2f} ± {latency.std():.2f} ms, n = {len(latency)}")
+        share = (everything["t_2mm_s"] / everything["t_f_s"]).dropna().to_numpy(float)
+        _histogram(arrival, share, f"arrival in the {1e3 * radius_m:g} mm radius", "time of entry / $t_f$", 4, "")
+        latency = everything["trigger_latency_ms"].dropna().to_numpy(float)
+        _histogram(markers, latency, "from marker to motion", "motion onset after marker (ms)", 2, " ms")
         save(figure, path)
 
 
+def _histogram(axes: Axes, values: np.ndarray, title: str, label: str, digits: int, unit: str) -> None:
+    axes.set(title=title, xlabel=label, ylabel="moves")
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    if not len(values):
+        axes.text(0.5, 0.5, "none was measured", transform=axes.transAxes, ha="center", color=GREY)
+        return
+    axes.hist(values, bins=60, color=COLOURS[0])
+    axes.set_ylim(0, 1.25 * axes.get_ylim()[1])
+    spread = np.std(values, ddof=min(1, len(values) - 1))
+    text = f"{values.mean():.{digits}f} ± {spread:.{digits}f}{unit}, n = {len(values)}"
+    axes.text(0.98, 0.97, text, transform=axes.transAxes, ha="right", va="top", fontsize=7)
+
+
 def _durations(axes: Axes, trials: Mapping[str, pd.DataFrame], published_ms: Means) -> None:
-    axes.set_title("onset to onset; dashed: paper's mean")
+    axes.set_title("from onset to onset")
     axes.set_xlabel("time (ms)")
     axes.set_ylabel("share of the moves")
     moves = pd.concat([t[~t["practice"].astype(bool)] for t in trials.values()]) if trials else pd.DataFrame()
@@ -66,7 +75,9 @@ def _durations(axes: Axes, trials: Mapping[str, pd.DataFrame], published_ms: Mea
             )
             axes.axvline(mean, color=colour, lw=0.8, ls="--")
     axes.set_xlim(500, 1500)
-    axes.legend(loc="upper right")
+    axes.plot([], [], color=GREY, lw=0.8, ls="--", label="published mean")
+    axes.set_ylim(0, 1.3 * axes.get_ylim()[1])
+    axes.legend(loc="upper right", fontsize=6.5)
 
 
 def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame], radius_mm: float) -> None:
@@ -78,12 +89,12 @@ def _errors(axes: Axes, moves: Mapping[str, pd.DataFrame], radius_mm: float) -> 
             values = np.sort(table[column].dropna().to_numpy(float))
             share = np.arange(1, len(values) + 1) / max(len(values), 1)
             axes.plot(values, share, color=colour, lw=0.8, alpha=0.7, label=label if i == 0 else "_nolegend_")
-    axes.axvline(radius_mm, color=GREY, lw=0.8, ls="--")
+    axes.axvline(radius_mm, color=GREY, lw=0.8, ls="--", label=f"the {radius_mm:g} mm radius")
     axes.set_xscale("log")
     axes.set_xlabel("distance from the reference (mm)")
     axes.set_ylabel("share of the moves")
     axes.set_title(f"tracking error, {len(moves)} subjects")
     axes.set_xlim(0.005, 4)
     axes.legend(loc="upper left", fontsize=6.5)
-    axes.set_ylim(0, 1.25)
+    axes.set_ylim(0, 1.35)
     axes.set_yticks([0, 0.25, 0.5, 0.75, 1])

@@ -4,20 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hrcneuro.eeg.selection import nearest_channel
+from hrcneuro.eeg.selection import ALL, nearest_channel, split_label
+
+_STRATA = {
+    "prev_error no": "after no error",
+    "prev_error yes": "after an error",
+    "turn no": "no turn ahead",
+    "turn yes": "turn ahead",
+}
 
 
-def named_test(correction: str, alpha: float, *, subjects: int) -> str:
-    """Return what the test over so many subjects is, short enough for the foot of a figure."""
+def named_test(correction: str, alpha: float, *, subjects: int, found: bool = True) -> str:
+    """Return what the test over so many subjects is, and whether it found nothing, short enough for a figure's foot."""
     if subjects < 2:
         return "one subject: not tested"
     how = "clusters" if correction == "cluster" else "extreme statistics"
-    return f"p < {alpha:g} by sign flips over subjects, {how}"
+    test = f"p < {alpha:g} by sign flips over subjects, {how}"
+    return test if found else f"nothing shown is significant ({test})"
 
 
-def bands(over: str, confidence: float) -> str:
-    """Return what the shades around waveforms and around their difference are."""
-    return f"bands: standard error{over}, of the difference its {100 * confidence:g}% interval"
+def bands(over: str, confidence: float, *, waves: bool, difference: bool) -> list[str]:
+    """Return a sentence on the shades that are drawn around waveforms and around their difference; none of neither."""
+    drawn = [f"standard error{over}"] if waves else []
+    drawn += [f"of the difference its {100 * confidence:g}% interval"] if difference else []
+    return [f"bands: {', '.join(drawn)}"] if drawn else []
+
+
+def contrast_title(scenario: str, name: str, n: int) -> str:
+    """Return what a panel of the group shows: where, which contrast, of how many subjects."""
+    place, stratum = split_label(scenario)
+    where = [] if place == ALL else [place]
+    where += [_STRATA.get(stratum, stratum)] if stratum else []
+    return f"{', '.join(where)}{': ' if where else ''}{name}, n = {n}"
 
 
 def shown_channel(wanted: str, names: Sequence[str]) -> tuple[str, list[str]]:

@@ -10,20 +10,22 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hrcneuro.figures.style import BLUE, STYLE, VERMILION, save
+from hrcneuro.figures.style import BLUE, COLOURS, STYLE, VERMILION, save
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
 
+_NOISY = COLOURS[4]
+
 
 def draw(channels: pd.DataFrame, weights: dict[str, Floats], threshold: float, path: Path) -> None:
     """Draw, a row a channel: normalised kurtosis with its limits, regression weights, RMS before and after.
 
     Args:
-        channels: Rows of quality.parquet: ``channel``, ``z``, ``reason``, ``interpolated``, ``rms_before_uv`` and
-            ``rms_after_uv``.
+        channels: Rows of quality.parquet: ``channel``, ``z``, ``reason``, ``noisy``, ``interpolated``,
+            ``rms_before_uv`` and ``rms_after_uv``.
         weights: EOG channel -> its share in each channel, shape (n_channels,).
         threshold: Normalised kurtosis beyond which a channel is bad, in SD.
         path: The PNG file; the PDF lies beside it.
@@ -47,9 +49,10 @@ def _figure(channels: pd.DataFrame, weights: dict[str, Floats], threshold: float
     right.barh(rows + 0.2, channels["rms_after_uv"].fillna(0.0), 0.4, color="0.3")
     right.set_xlabel("RMS amplitude (µV)")
     right.set_title("band-passed (light), clean (dark)")
+    noisy = _name_noisy(right, channels)
     left.set_yticks(rows, names, fontsize="small")
-    for label, is_bad in zip(left.get_yticklabels(), bad, strict=True):
-        label.set_color(VERMILION if is_bad else "black")
+    for label, is_bad, is_noisy in zip(left.get_yticklabels(), bad, noisy, strict=True):
+        label.set_color(VERMILION if is_bad else _NOISY if is_noisy else "black")
     left.set_ylim(len(names) - 0.5, -0.5)
     for axes in (middle, right):
         axes.tick_params(axis="y", length=0)
@@ -75,6 +78,19 @@ def _draw_kurtosis(
     for row, why in enumerate(channels["reason"]):
         if bad[row]:
             axes.annotate(why, (z[row], row), (3, 0), textcoords="offset points", va="center", fontsize="x-small")
+
+
+def _name_noisy(axes: Any, channels: pd.DataFrame) -> NDArray[np.bool_]:
+    """Write beside a channel's amplitude by what it is noisy all the time; return which channels are."""
+    noisy = channels["noisy"].notna().to_numpy()
+    ends = channels[["rms_before_uv", "rms_after_uv"]].max(axis=1).to_numpy(float)
+    for row in np.flatnonzero(noisy):
+        text = f"noisy: {channels['noisy'].iloc[row]}"
+        place = (ends[row], row)
+        axes.annotate(text, place, (3, 0), textcoords="offset points", va="center", fontsize="x-small", color=_NOISY)
+    if noisy.any():
+        axes.set_xlim(0, 1.45 * np.nanmax(ends))
+    return noisy
 
 
 def _draw_weights(axes: Any, weights: dict[str, Floats]) -> None:

@@ -24,7 +24,7 @@ def draw(channels: Mapping[str, pd.DataFrame], qualities: Sequence[Quality], pat
     """Draw every subject's channels, and spectra and blinks of some.
 
     Args:
-        channels: Subject -> rows of quality.parquet: ``channel``, ``z`` and ``interpolated``.
+        channels: Subject -> rows of quality.parquet: ``channel``, ``z``, ``noisy`` and ``interpolated``.
         qualities: Recordings before and after cleaning, one a line of the spectra.
         path: The PNG file; the PDF lies beside it.
     """
@@ -40,17 +40,19 @@ def draw(channels: Mapping[str, pd.DataFrame], qualities: Sequence[Quality], pat
 def _draw_channels(figure: Figure, axes: Axes, channels: Mapping[str, pd.DataFrame]) -> None:
     names = list(dict.fromkeys(name for table in channels.values() for name in table["channel"]))
     z = np.full((len(channels), len(names)), np.nan)
-    replaced = np.zeros(z.shape, bool)
+    replaced, noisy = np.zeros(z.shape, bool), np.zeros(z.shape, bool)
     for row, table in enumerate(channels.values()):
         columns = [names.index(name) for name in table["channel"]]
         z[row, columns] = table["z"].astype(float)
         replaced[row, columns] = table["interpolated"].fillna(False).astype(bool)
+        noisy[row, columns] = table["noisy"].notna()
     image = axes.imshow(z, cmap="RdBu_r", vmin=-6, vmax=6, aspect="auto", interpolation="nearest")
-    crossed = np.argwhere(replaced)
-    axes.plot(crossed[:, 1], crossed[:, 0], "x", color="k", ms=4, mew=1)
+    for mask, mark, size in ((replaced, "x", 4), (noisy, "s", 7)):
+        there = np.argwhere(mask)
+        axes.plot(there[:, 1], there[:, 0], mark, color="k", ms=size, mew=1, fillstyle="none")
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6.5)
     axes.set_yticks(range(len(channels)), list(channels))
-    axes.set_title("normalised kurtosis of the channels (SD); x: replaced")
+    axes.set_title("normalised kurtosis (SD); x: replaced, □: always noisy")
     bar = figure.colorbar(image, ax=axes, pad=0.01, fraction=0.04, extend="both")
     bar.ax.tick_params(labelsize=6)
 

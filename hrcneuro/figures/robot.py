@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from hrcneuro.robot.record import APPROACH, PHASES
 
 # mm: what the arm in this process promises at t_f = 0.6 s, and what a controller beyond sockets does.
 LIMIT, LIMIT_SOCKETS, LIMIT_END = 0.8, 2.5, 0.1
+_EQUAL_MS = 1e-3
 # Viridis without its yellow, which is lost on white.
 _ERRORS = ListedColormap(colormaps["viridis_r"](np.linspace(0.15, 1.0, 256)))
 
@@ -124,7 +125,10 @@ def _entry(axes: Axes, moved: pd.DataFrame, cell: Cell) -> None:
 
 
 def timing(telemetry: pd.DataFrame, moves: pd.DataFrame, distributions: pd.DataFrame, path: Path) -> None:
-    """Draw the distributions of paper § 2.3.4: marker against motion, marker against command, cycles, and the log.
+    """Draw the distributions of paper § 2.3.4 that there are: marker, motion, command, cycles, and the log.
+
+    On a virtual clock all cycles are equally long and no time passes between command and marker: that is said and not
+    drawn. Where nothing is left, there is no picture.
 
     Args:
         telemetry: Rows of telemetry.parquet.
@@ -132,27 +136,57 @@ def timing(telemetry: pd.DataFrame, moves: pd.DataFrame, distributions: pd.DataF
         distributions: Rows of timing.parquet.
         path: Of the PNG; the PDF lies beside it.
     """
+    panels, note = _timing_panels(telemetry, moves, distributions)
+    if not panels:
+        return
+    columns = min(2, len(panels))
+    rows = -(-len(panels) // columns)
+    with rc_context(PLACED):
+        figure = Figure(figsize=(0.4 + 2.5 * columns, 0.3 + 2.1 * rows))
+        axes = figure.subplots(rows, columns, squeeze=False)
+        for one, letter, (title, draw) in zip(axes.flat, "ABCDEF", panels, strict=False):
+            draw(one)
+            one.set_title(f"{letter}   {title}")
+        for one in axes.flat[len(panels) :]:
+            one.set_axis_off()
+        if note:
+            figure.supxlabel(note, fontsize=6.5, color=GREY, x=0.01, ha="left")
+        save(figure, path)
+
+
+def _timing_panels(
+    telemetry: pd.DataFrame, moves: pd.DataFrame, distributions: pd.DataFrame
+) -> tuple[list[tuple[str, Callable[[Axes], None]]], str]:
+    """Return title and painter of each panel that has something to show, and a sentence on what has not."""
     names = [str(name) for name in distributions.columns if name != "quantity"]
     spread = {
         str(row["quantity"]): {name.removesuffix("_ms"): float(row[name]) for name in names}
         for row in distributions.to_dict("records")
     }
     time = telemetry["time_s"].to_numpy(float)
-    with rc_context(PLACED):
-        figure = Figure(figsize=(7.2, 4.8))
-        axes = figure.subplots(2, 3)
-        latency = moves["trigger_latency_ms"].to_numpy(float)
-        _histogram(axes[0, 0], latency, spread.get("trigger_latency"), "A   onset marked to motion begun")
-        _by_duration(axes[0, 1], moves)
-        _after_onset(axes[0, 2], moves, spread)
-        period = 1e3 * np.diff(time)
-        _histogram(axes[1, 0], period, spread.get("cycle"), "D   control cycle", counts=True)
-        axes[1, 1].plot(time[1:] / 60.0, period, ".", color=BLUE, ms=1.5, rasterized=True)
-        axes[1, 1].set(title="E   cycles in the session", xlabel="time (min)", ylabel="length (ms)")
-        axes[1, 1].set_ylim(min(7.0, axes[1, 1].get_ylim()[0]), max(9.0, axes[1, 1].get_ylim()[1]))
-        behind = moves["behind_log_ms"].to_numpy(float)
-        _histogram(axes[1, 2], behind, spread.get("behind_log"), "F   onset interval less the log's")
-        save(figure, path)
+    period = 1e3 * np.diff(time)
+    latency, behind = (moves[f"{name}_ms"].to_numpy(float) for name in ("trigger_latency", "behind_log"))
+    sent = moves[["marker_latency_ms", "stim_latency_ms"]].to_numpy(float)
+    panels: list[tuple[str, Callable[[Axes], None]]] = []
+    if "trigger_latency" in spread and np.isfinite(latency).any():
+        panels.append(("onset marked to motion begun", lambda a: _histogram(a, latency, spread["trigger_latency"])))
+        panels.append(("the same by the move's duration", lambda a: _by_duration(a, moves)))
+    if np.nanmax(np.abs(sent), initial=0.0) > _EQUAL_MS:
+        panels.append(("onset commanded to marker", lambda a: _after_onset(a, moves, spread)))
+    virtual = len(period) > 0 and float(np.ptp(period)) < _EQUAL_MS
+    if "cycle" in spread and len(period) and not virtual:
+        panels.append(("control cycle", lambda a: _histogram(a, period, spread["cycle"], counts=True)))
+        panels.append(("cycles in the session", lambda a: _cycles(a, time, period)))
+    if "behind_log" in spread and np.isfinite(behind).any():
+        panels.append(("onset interval less the log's", lambda a: _histogram(a, behind, spread["behind_log"])))
+    note = f"a virtual clock: every control cycle lasts {period[0]:.3g} ms" if virtual else ""
+    return panels, note
+
+
+def _cycles(axes: Axes, time: np.ndarray, period: np.ndarray) -> None:
+    axes.plot(time[1:] / 60.0, period, ".", color=BLUE, ms=1.5, rasterized=True)
+    axes.set(xlabel="time (min)", ylabel="length (ms)")
+    axes.set_ylim(min(7.0, axes.get_ylim()[0]), max(9.0, axes.get_ylim()[1]))
 
 
 def _by_duration(axes: Axes, moves: pd.DataFrame) -> None:
@@ -165,7 +199,7 @@ def _by_duration(axes: Axes, moves: pd.DataFrame) -> None:
         ends = np.array([t_f.min(), t_f.max()])
         axes.plot(ends, start + slope * ends, color=VERMILION, lw=1.0, label=f"slope ${slope:+.2f}$ ms/s")
         axes.legend(loc="upper right")
-    axes.set(title="B   the same by the move's duration", xlabel="$t_f$ (s)", ylabel="latency (ms)")
+    axes.set(xlabel="$t_f$ (s)", ylabel="latency (ms)")
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.25 * (high - low))
 
@@ -184,27 +218,18 @@ def _after_onset(axes: Axes, moves: pd.DataFrame, spread: Mapping[str, Mapping[s
             axes.step(
                 np.r_[values[0], values], np.r_[0.0, share], where="post", color=colour, ls=line, lw=1.2, label=text
             )
-    axes.set(title="C   onset commanded to marker", xlabel="latency (ms)", ylabel="share of the moves up to it")
+    axes.set(xlabel="latency (ms)", ylabel="share of the moves up to it")
     axes.set_ylim(0, 1.55)
     axes.set_yticks([0, 0.5, 1])
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, -0.05), max(high, 1.0))
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left")
-    if len(moves) and moves["marker_latency_ms"].max() == 0.0:
-        axes.text(
-            0.5, 0.3, "a virtual clock\nstands still within a cycle", transform=axes.transAxes, ha="center", color=GREY
-        )
 
 
-def _histogram(
-    axes: Axes, values: np.ndarray, spread: Mapping[str, float] | None, title: str, *, counts: bool = False
-) -> None:
+def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float], *, counts: bool = False) -> None:
     known = values[np.isfinite(values)]
-    axes.set(title=title, xlabel="time (ms)", ylabel="cycles" if counts else "share of the moves")
-    if spread is None or not len(known):
-        axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
-        return
+    axes.set(xlabel="time (ms)", ylabel="cycles" if counts else "share of the moves")
     # A distribution narrower than a tenth of a millisecond is shown as what it is, not as rounding noise.
     low, high = float(known.min()), float(known.max())
     room = max(0.1 * (high - low), 0.05)

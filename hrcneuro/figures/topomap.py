@@ -41,11 +41,13 @@ class Topography:
         time: From the onset, s.
         values: ndarray, shape (n_channels,), µV.
         marked: Which electrodes to mark, ndarray, shape (n_channels,).
+        title: Above it, in place of the time.
     """
 
     time: float
     values: Floats
     marked: NDArray[np.bool_] | None = None
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class Scalp:
         if marked:
             axes.plot(*np.concatenate(marked).T, **plain | dict(ms=2.6, mfc="w", mec="k", mew=0.4))
         for x, one in zip(middles, maps, strict=True):
-            axes.text(x, 1.24, f"{one.time * 1000:.0f} ms", fontsize=7, ha="center")
+            axes.text(x, 1.24, one.title or f"{one.time * 1000:.0f} ms", fontsize=7, ha="center")
 
 
 def _bar(axes: Axes, left: float, limit: float) -> None:

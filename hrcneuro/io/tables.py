@@ -59,7 +59,9 @@ def write_table(data: pd.DataFrame | Mapping[str, Any], path: Path, table: Table
         for array, (name, column) in zip(arrays, table.columns.items(), strict=True)
     ]
     meta = {"hrcneuro": json.dumps({"version": table.version, "row": table.row})}
-    pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), path, compression="zstd")
+    # Opened here: Arrow takes no path with a byte that is not UTF-8.
+    with path.open("wb") as file:
+        pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), file, compression="zstd")
 
 
 def read_table(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
@@ -98,7 +100,8 @@ def describe(path: Path) -> Table:
         DataError: The file is missing, unreadable or not written by hrcneuro.
     """
     try:
-        schema = pq.read_schema(path)
+        with path.open("rb") as file:
+            schema = pq.read_schema(file)
         head = json.loads(schema.metadata[b"hrcneuro"])
     except (OSError, pa.ArrowInvalid, KeyError, TypeError) as error:
         raise DataError(f"{path.name} is no hrcneuro table: {error}", cure="rerun the stage that writes it") from error
@@ -110,7 +113,8 @@ def describe(path: Path) -> Table:
 
 def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
     try:
-        return pq.read_table(path, columns=columns, partitioning=None)
+        with path.open("rb") as file:
+            return pq.read_table(file, columns=columns, partitioning=None)
     except (OSError, pa.ArrowInvalid) as error:
         raise DataError(
             f"{path.name} cannot be read as Parquet: {error}",

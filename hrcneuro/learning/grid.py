@@ -5,18 +5,28 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 from hrcneuro.learning.params import MOST_SUBTASKS
 
-# Axis -> inclusive limits, and whether its values are whole numbers.
-LIMITS: dict[str, tuple[float, float, bool]] = {
-    "accuracy": (0.0, 100.0, False),
-    "subtasks": (2, MOST_SUBTASKS, True),
-    "chosen": (1, MOST_SUBTASKS - 1, True),
-    "alpha": (1e-6, 100.0, False),
-    "tau": (1e-6, 100.0, False),
-    "events": (2, 1000, True),
-    "period": (0, 100_000, True),
+
+class AxisLimits(NamedTuple):
+    """Inclusive limits of an axis, whether its values are whole numbers, and their unit."""
+
+    low: float
+    high: float
+    whole: bool = False
+    unit: str = ""
+
+
+LIMITS: dict[str, AxisLimits] = {
+    "accuracy": AxisLimits(0, 100, unit="%"),
+    "subtasks": AxisLimits(2, MOST_SUBTASKS, whole=True),
+    "chosen": AxisLimits(1, MOST_SUBTASKS - 1, whole=True),
+    "alpha": AxisLimits(1e-6, 100),
+    "tau": AxisLimits(1e-6, 100),
+    "events": AxisLimits(2, 1000, whole=True),
+    "period": AxisLimits(0, 100_000, whole=True),
 }
 
 
@@ -55,7 +65,7 @@ def grid(axes: Mapping[str, Sequence[float]], *, otherwise: GridPoint) -> list[G
         at = {f.name: getattr(otherwise, f.name) for f in fields(GridPoint)} | dict(zip(axes, combination, strict=True))
         if "chosen" not in axes:
             at["chosen"] = max(1, round(otherwise.chosen / otherwise.subtasks * at["subtasks"]))
-        whole = {name: int(at[name]) for name in AXES if LIMITS[name][2]}
+        whole = {name: int(at[name]) for name in AXES if LIMITS[name].whole}
         if 1 <= whole["chosen"] < whole["subtasks"]:
             points.add(GridPoint(**(at | whole)))
     return sorted(points)

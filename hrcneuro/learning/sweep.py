@@ -20,6 +20,8 @@ from hrcneuro.learning.task import Draws, JointTask, draw
 
 _COLUMNS = 2000
 LEVEL = LEVELS[-1]  # how good a robot must become
+TRIALS_S = (1.0, 2.0)  # how long a trial takes: the two readings of the paper's minutes
+GOAL_MIN = 10.0  # so long may it take to become that good
 
 
 def task_of(point: GridPoint, episodes: int, *, carry_over: bool = False) -> JointTask:
@@ -42,6 +44,7 @@ class Reached:
         episode: First episode whose mean accuracy reaches the level, None where none does.
         expected_episode: The same of the analytic expectation; None too where tasks change or no closure is known.
         final: Mean accuracy after the last episode, with half the width of its 95 % band.
+        in_time: The same after the last episode that ends within :data:`GOAL_MIN`, for each of :data:`TRIALS_S`.
     """
 
     point: GridPoint
@@ -49,6 +52,12 @@ class Reached:
     expected_episode: int | None
     final: float
     final_half_width: float
+    in_time: tuple[tuple[float, float], ...]
+
+
+def episodes_in_time(events: int, trial_s: float, episodes: int) -> int:
+    """Return how many episodes end within :data:`GOAL_MIN`, 1 at least and no more than are learned."""
+    return max(1, min(episodes, int(60.0 * GOAL_MIN / (events * trial_s))))
 
 
 def run_points(
@@ -77,7 +86,8 @@ def run_points(
         ddof: As in Eq 6's SD, for the paper's learner; a ``kind`` has its own.
         carry_over: As in :class:`~hrcneuro.learning.task.JointTask`.
     """
-    curves = _Curves(len(points), episodes)
+    looked_at = [[episodes_in_time(p.events, s, episodes) for s in TRIALS_S] + [episodes] for p in points]
+    curves = _Curves(np.array(looked_at, int).reshape(len(points), len(TRIALS_S) + 1), episodes)
     for _, group in itertools.groupby(enumerate(points), key=lambda item: (item[1].events, item[1].subtasks)):
         members = list(group)
         for block in range(-(-repetitions // BLOCK)):
@@ -90,29 +100,38 @@ def run_points(
     expected = [None] * len(points) if kind is not None else _expected(points, tasks, level, ddof)
     reached = []
     for i, point in enumerate(points):
-        mean, band = curves.of(i)
-        reached.append(Reached(point, first_at(mean, level), expected[i], float(mean[-1]), band))
+        mean, ends = curves.of(i)
+        reached.append(Reached(point, first_at(mean, level), expected[i], *ends[-1], tuple(ends[:-1])))
     return reached
 
 
 class _Curves:
-    """Sums over repetitions, a row a point."""
+    """Sums over repetitions, a row a point.
 
-    def __init__(self, points: int, episodes: int) -> None:
-        self.total, self.square, self.n = np.zeros((points, episodes)), np.zeros(points), np.zeros(points, int)
+    Args:
+        looked_at: ndarray, shape (n_points, n_ends): episodes, counted from 1, whose accuracy is given a band.
+        episodes: How many are learned.
+    """
+
+    def __init__(self, looked_at: np.ndarray, episodes: int) -> None:
+        self.at = looked_at - 1
+        self.total = np.zeros((len(looked_at), episodes))
+        self.square, self.n = np.zeros(looked_at.shape), np.zeros(len(looked_at), int)
 
     def add(self, rows: list[int], soft: np.ndarray, keep: int) -> None:
         for k, row in enumerate(rows):
             part = np.ascontiguousarray(soft[:, k * keep : (k + 1) * keep])
             self.total[row] += part.sum(axis=1)
-            self.square[row] += float(part[-1] @ part[-1])
+            self.square[row] += [float(part[end] @ part[end]) for end in self.at[row]]
             self.n[row] += keep
 
-    def of(self, row: int) -> tuple[np.ndarray, float]:
+    def of(self, row: int) -> tuple[np.ndarray, list[tuple[float, float]]]:
+        """Return the mean curve, and mean and half the width of its 95 % band at each episode looked at."""
         n = int(self.n[row])
         mean = self.total[row] / n
-        variance = max(self.square[row] / n - mean[-1] ** 2, 0.0) * n / max(n - 1, 1)
-        return mean, Z95 * float(np.sqrt(variance / n))
+        ends = mean[self.at[row]]
+        variance = np.maximum(self.square[row] / n - ends**2, 0.0) * n / max(n - 1, 1)
+        return mean, list(zip(ends.tolist(), (Z95 * np.sqrt(variance / n)).tolist(), strict=True))
 
 
 class _Draws:
@@ -175,4 +194,57 @@ def columns(reached: Sequence[Reached]) -> dict[str, np.ndarray]:
     for name in ("episode", "expected_episode"):
         values = [getattr(r, name) for r in reached]
         table[name] = np.array([np.nan if v is None else v for v in values], float)
-    return table | {name: np.array([getattr(r, name) for r in reached]) for name in ("final", "final_half_width")}
+    ends = {"final": [(r.final, r.final_half_width) for r in reached]}
+    ends |= {f"in_time_{s:g}s": [r.in_time[i] for r in reached] for i, s in enumerate(TRIALS_S)}
+    for name, pairs in ends.items():
+        table[name], table[f"{name}_half_width"] = np.array(pairs, float).reshape(-1, 2).T
+    return table
+
+
+@dataclass(frozen=True)
+class Needed:
+    """The smallest accuracy of a decoder with which a level is reached.
+
+    Attributes:
+        accuracy: Interpolated between two swept values, %; nan where none of them is enough.
+        low, high: Edges of its 95 % Monte-Carlo band, %, inside what was swept; ``high`` is nan where the band of no
+            swept value lies above the level.
+        below: The largest swept value that is not enough, %; nan where already the smallest one is.
+        above: The swept value that is enough, %; nan where none is.
+    """
+
+    accuracy: float
+    low: float
+    high: float
+    below: float
+    above: float
+
+
+def needed(accuracy: np.ndarray, reached: np.ndarray, half_width: np.ndarray, level: float = LEVEL) -> Needed:
+    """Return how good a decoder must be, from what a robot has learned with decoders of several accuracies.
+
+    Args:
+        accuracy: ndarray, shape (n_values,), %, rising.
+        reached: ndarray, shape (n_values,), choice accuracy.
+        half_width: ndarray, shape (n_values,), half the width of its 95 % band.
+        level: Choice accuracy to reach.
+    """
+    at = first_at(reached, level)
+    return Needed(
+        _crossing(accuracy, reached, level),
+        _crossing(accuracy, reached + half_width, level),
+        _crossing(accuracy, reached - half_width, level),
+        float("nan") if at == 1 else float(accuracy[len(accuracy) - 1 if at is None else at - 2]),
+        float("nan") if at is None else float(accuracy[at - 1]),
+    )
+
+
+def _crossing(x: np.ndarray, y: np.ndarray, level: float) -> float:
+    """Return where y first reaches the level, on straight lines between its points; nan where it does not."""
+    at = first_at(y, level)
+    if at is None:
+        return float("nan")
+    if at == 1:
+        return float(x[0])
+    share = (level - y[at - 2]) / (y[at - 1] - y[at - 2])
+    return float(x[at - 2] + share * (x[at - 1] - x[at - 2]))

@@ -26,13 +26,15 @@ class SessionParams:
     blocks: int = option(published.BLOCKS.value, "main blocks; odd ones iC, even ones sC", low=1, high=99)
     episodes_per_block: int = option(published.EPISODES_A_BLOCK.value, "episodes in a main block", low=1)
     error_rate: float = option(
-        published.ERROR_SHARE.value, "probability that a move after no error goes wrong", low=0, high=1
+        published.ERROR_SHARE.value, "probability that a move after no error goes wrong", low=0, high=1, share=True
     )
-    practice_error_rate: float = option(0.22, "the same in practice blocks", low=0, high=1)
+    practice_error_rate: float = option(0.22, "the same in practice blocks", low=0, high=1, share=True)
     wrong_key_rate: float | None = option(
-        None, "share of keys outside the target, roughly: from 0.05 on, less; none: drawn", low=0, high=1
+        None, "share of keys outside the target, roughly: from 0.05 on, less; none: drawn", low=0, high=1, share=True
     )
-    undo_rate: float | None = option(None, "share of errors that the next key takes back; none: drawn", low=0, high=1)
+    undo_rate: float | None = option(
+        None, "share of errors that the next key takes back; none: drawn", low=0, high=1, share=True
+    )
 
 
 @dataclass(frozen=True)

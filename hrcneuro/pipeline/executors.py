@@ -26,6 +26,7 @@ from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, Protocol
 
+from hrcneuro import streams
 from hrcneuro.errors import ConfigError, StageError, did_you_mean
 from hrcneuro.pipeline import job
 from hrcneuro.pipeline.item import State
@@ -33,6 +34,7 @@ from hrcneuro.pipeline.item import State
 NAMES = ("auto", "serial", "processes")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
 _GRACE_S = 3.0
+_OF_A_TERMINAL = (signal.SIGINT, signal.SIGQUIT)
 # In a worker: SIGTERM has come, and whatever exception comes out of a job now is due to that.
 _terminated = threading.Event()
 
@@ -195,15 +197,17 @@ def cores() -> int:
 
 
 def _block_interrupts() -> None:
-    # Threads hand their mask on to the processes that they start, from the first instruction: Ctrl-C reaches the
+    # Threads hand their mask on to the processes that they start, from the first instruction: a key reaches the
     # whole terminal, and a worker must not die with a half-told story while the parent decides what it means.
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    signal.pthread_sigmask(signal.SIG_BLOCK, _OF_A_TERMINAL)
 
 
 def _work(pipe: Connection) -> None:
     """Run what comes through the pipe until its other end is closed; the life of a worker."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in _OF_A_TERMINAL:
+        signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _exit_once)
+    streams.prepare()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         _answer_all(pipe)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from hrcneuro import drawings, stages
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, Drawing, Of, Reads
+from hrcneuro.contract import GROUP, OF_ALL, SWEEP, Drawing, Of, Reads
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.pipeline.workdir import FIGURES
 
@@ -30,12 +30,12 @@ class Task:
     @classmethod
     def of(cls, stage: str, unit: str) -> Task:
         """Return the task that computes a unit of a stage."""
-        return cls(2 * stages.NAMES.index(stage) + (unit == GROUP), unit, stage)
+        return cls(2 * stages.NAMES.index(stage) + (unit in OF_ALL), unit, stage)
 
     @classmethod
     def drawing(cls, name: str, unit: str) -> Task:
         """Return the task that draws a unit's pictures."""
-        return cls(2 * (len(stages.NAMES) + drawings.NAMES.index(name)) + (unit == GROUP), unit, name + FIGURES)
+        return cls(2 * (len(stages.NAMES) + drawings.NAMES.index(name)) + (unit in OF_ALL), unit, name + FIGURES)
 
     @property
     def draws(self) -> bool:
@@ -67,12 +67,11 @@ def needs(settings: Settings, task: Task) -> Needs:
     """Return the tasks that a stage's task reads from."""
     stage = stages.load(task.name)
     config = settings.sections[task.name]
-    parts = stage.parts.units(config) if stage.parts else ()
-    if task.unit in parts:
-        return {}
+    if stage.sweep and stage.sweep.owns(config, task.unit):
+        parts = stage.sweep.parts(config) if task.unit == SWEEP else ()
+        return {Task.of(task.name, part): Need(("*",)) for part in parts}
     work = stage.group if task.unit == GROUP else stage.subject
-    read = _resolved(settings, work.needed(config), task.unit) if work else {}
-    return read | {Task.of(task.name, part): Need(("*",)) for part in parts if task.unit == GROUP}
+    return _resolved(settings, work.needed(config), task.unit) if work else {}
 
 
 def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -> list[Task]:
@@ -104,6 +103,8 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
             tasks += [Task.of(name, s) for s in (subjects or everyone) if s != GROUP]
         if stage.group and (not subjects or GROUP in subjects):
             tasks.append(Task.of(name, GROUP))
+            if stage.sweep and stage.sweep.asked(settings.sections[name]):
+                tasks.append(Task.of(name, SWEEP))
     return tasks
 
 
@@ -147,10 +148,12 @@ def pictures(settings: Settings, graph: Graph, *, joint: bool) -> dict[Task, Nee
         drawn = drawings.load(name)
         if drawn.subject:
             for task in graph:
-                if task.name == name and task.unit != GROUP and not _is_part(settings, task):
+                if task.name == name and task.unit != GROUP and not _is_swept(settings, task):
                     _allow(drawable, Task.drawing(name, task.unit), drawn.subject, settings, graph)
         if drawn.group:
             _allow(drawable, Task.drawing(name, GROUP), drawn.group, settings, graph)
+        if drawn.sweep:
+            _allow(drawable, Task.drawing(name, SWEEP), drawn.sweep, settings, graph)
     return drawable
 
 
@@ -161,9 +164,9 @@ def _allow(allowed: dict[Task, Needs], task: Task, drawing: Drawing, settings: S
         allowed[task] = here
 
 
-def _is_part(settings: Settings, task: Task) -> bool:
-    stage = stages.load(task.name)
-    return stage.parts is not None and task.unit in stage.parts.units(settings.sections[task.name])
+def _is_swept(settings: Settings, task: Task) -> bool:
+    sweep = stages.load(task.name).sweep
+    return sweep is not None and sweep.owns(settings.sections[task.name], task.unit)
 
 
 def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
@@ -183,8 +186,7 @@ def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
 
 
 def drawing_of(task: Task) -> Drawing:
-    """Return the drawing that a task of pictures makes, a subject's or the group's."""
-    drawn = drawings.load(task.subject)
-    drawing = drawn.group if task.unit == GROUP else drawn.subject
+    """Return the drawing that a task of pictures makes: a subject's, the group's or the sweep's."""
+    drawing = drawings.load(task.subject).of(task.unit)
     assert drawing is not None
     return drawing

@@ -32,6 +32,16 @@ class State(enum.StrEnum):
         return self not in (State.WAITING, State.RUNNING)
 
 
+class Word(enum.StrEnum):
+    """What a person is told of a task: the same words of a plan, of a status and of what has run."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    NEVER_RUN = "never run"
+    FAILED = "failed"
+    RAN = "ran"  # just now
+
+
 @dataclass
 class Item:
     """A task's row.
@@ -43,6 +53,7 @@ class Item:
         key: Of its entry in the cache; empty while it is not known.
         state: Where it stands.
         why: The causes of its being stale.
+        before: Whether it has ever run, and results point at what it made then.
         seconds: How long it ran.
         artifacts: File name -> path.
         summary: What the stage says of its result in a few numbers.
@@ -55,11 +66,18 @@ class Item:
     key: str = ""
     state: State = State.WAITING
     why: list[str] = field(default_factory=list)
+    before: bool = False
     seconds: float = 0.0
     artifacts: dict[str, str] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     error: HrcError | None = None
     trace: str = ""
+
+    @property
+    def word(self) -> Word:
+        """The task's state in a person's words: what waits for others is stale, or has never run."""
+        known = {State.HIT: Word.FRESH, State.RAN: Word.RAN, State.FAILED: Word.FAILED}
+        return known.get(self.state, Word.STALE if self.before else Word.NEVER_RUN)
 
     def fail(self, error: HrcError) -> None:
         """Note what the task failed of."""

@@ -12,14 +12,17 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
-from hrcneuro.cache.store import Record, Store, explain_os_error
-from hrcneuro.contract import GROUP, Inputs
-from hrcneuro.errors import HrcError, StageError
+from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.record import Record
+from hrcneuro.cache.store import PATIENCE_S, Store
+from hrcneuro.contract import GROUP, SWEEP, Inputs
+from hrcneuro.errors import HrcError, StageError, of_the_system
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
 
@@ -36,6 +39,8 @@ class Job:
     root: Path
     provenance: Mapping[str, Any] = field(default_factory=dict)
     force: bool = False
+    quiet: bool = False
+    patience_s: float = PATIENCE_S
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ def execute(job: Job) -> Outcome:
     start = time.perf_counter()
     store, place = Store(job.root), (job.task.name, job.task.unit, job.key)
     try:
-        with store.lock(*place):
+        with store.lock(*place, tell=partial(_tell, job), patience_s=job.patience_s):
             done = None if job.force else store.lookup(*place)
             if done is not None:
                 return Outcome(State.HIT, done)
@@ -112,18 +117,29 @@ def work_of(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, 
     if task.draws:
         return drawing_of(task).draw, drawings.load(task.subject).libraries
     stage = stages.load(task.name)
-    work = stage.group if task.unit == GROUP else stage.parts or stage.subject
+    if task.unit != GROUP and stage.sweep:
+        return (stage.sweep.join if task.unit == SWEEP else stage.sweep.run), stage.libraries
+    work = stage.group if task.unit == GROUP else stage.subject
     assert work is not None
     return work.run, stage.libraries
+
+
+def _tell(job: Job, text: str) -> None:
+    # Not through the parent: the serial one waits here itself.
+    if not job.quiet and sys.stderr is not None:
+        print(f"{job.task}: {text}", file=sys.stderr, flush=True)
 
 
 def _disk(error: OSError, job: Job) -> Exception:
     import errno
 
-    return explain_os_error(error, job.root) if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS) else error
+    of_the_disk = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
+    return explain_os_error(error, job.root) if error.errno in of_the_disk else error
 
 
-def _unexpected(job: Job, error: Exception) -> StageError:
+def _unexpected(job: Job, error: Exception) -> HrcError:
+    if (known := of_the_system(error)) is not None:
+        return known
     if isinstance(error, MemoryError):
         return StageError(f"{job.task} ran out of memory", cure="use fewer workers: -j 1")
     if job.task.draws:

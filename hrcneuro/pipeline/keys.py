@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from collections.abc import Iterable, Mapping
 from fnmatch import fnmatch
 from pathlib import Path
@@ -9,14 +11,43 @@ from typing import Any
 
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
-from hrcneuro.cache.store import Record
+from hrcneuro.cache.record import Record
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, chosen, params, plain
-from hrcneuro.errors import DataError
+from hrcneuro.contract import OF_ALL, chosen, params, plain
+from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline.graph import Need, Task, drawing_of
 from hrcneuro.pipeline.workdir import Workdir
 
 PACKAGE = Path(__file__).parents[1]
+
+
+def check_places(settings: Settings, workdir: Workdir) -> None:
+    """Refuse to keep in the cache what nobody can make again.
+
+    Raises:
+        ConfigError: Recordings are to lie there.
+    """
+    cache = workdir.cache.root
+    for stage, section in settings.sections.items():
+        for name, place in _places(section, workdir.folder, "recordings").items():
+            # By whichever link any of them is named; one that leads back to itself is another's to tell of.
+            subjects = [place / subject for subject in settings.study.subjects]
+            if any(_real(one).is_relative_to(_real(cache)) for one in (place, *subjects)):
+                raise ConfigError(
+                    f"{stage}.{name} = {str(place)!r} lies in the cache {cache}, of which anything may be deleted, and "
+                    "what is kept there cannot be made again",
+                    cure=f"name a folder outside the cache, such as --set {stage}.{name}=recordings",
+                )
+
+
+def _real(path: Path) -> Path:
+    return Path(os.path.realpath(path))
+
+
+def _places(config: Any, folder: Path, kind: str) -> dict[str, Path]:
+    """Return the options that name a place of this kind: what is named is absolute, else it lies in ``folder``."""
+    values = {f.name: getattr(config, f.name) for f in dataclasses.fields(config) if f.metadata.get(kind)}
+    return {name: folder / value for name, value in values.items() if value}
 
 
 class Keys:
@@ -24,8 +55,9 @@ class Keys:
 
     def __init__(self, settings: Settings, workdir: Workdir) -> None:
         self.settings = settings
+        self.folder = workdir.folder
         self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
-        self._static: dict[tuple[str, bool], dict[str, Any]] = {}
+        self._static: dict[tuple[str, str], dict[str, Any]] = {}
 
     def key(self, parts: Mapping[str, Any]) -> str:
         """Return the key that parts make."""
@@ -46,7 +78,11 @@ class Keys:
         if not task.draws:
             config = self.settings.section(task.name, task.unit)
             parts["params"] = params(config)
-            files = stages.load(task.name).sources(config, task.unit)
+            stage = stages.load(task.name)
+            parts["libs"] = {**parts["libs"], **{name: fingerprint.version(name) for name in stage.packages(config)}}
+            if stage.sweep and not stage.sweep.owns(config, task.unit):
+                parts["params"] = {k: v for k, v in parts["params"].items() if k not in stage.sweep.options}
+            files = stage.sources(config, task.unit)
             if files:
                 parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}
         return parts
@@ -54,8 +90,13 @@ class Keys:
     def config(self, task: Task) -> Any:
         """Return what a task is handed of the configuration: a stage its section, a drawing the options it names."""
         if not task.draws:
-            return self.settings.section(task.name, task.unit)
+            return self._placed(self.settings.section(task.name, task.unit))
         return chosen(self.settings.sections, drawing_of(task).options)
+
+    def _placed(self, config: Any) -> Any:
+        """Return options whose places lie in the working folder where nobody named one: what is named is absolute."""
+        places = {name: str(place) for name, place in _places(config, self.folder, "path").items()}
+        return dataclasses.replace(config, **places) if places else config
 
     def content(self, path: Path) -> str:
         """Return the digest of a file's content.
@@ -74,7 +115,7 @@ class Keys:
 
     def _unchanging(self, task: Task) -> dict[str, Any]:
         """Return the parts that all subjects of a stage, or of its pictures, share."""
-        place = (task.name, task.draws and task.unit == GROUP)
+        place = (task.name, task.unit if task.draws and task.unit in OF_ALL else "")
         if place not in self._static:
             self._static[place] = self._of_drawing(task) if task.draws else self._of_stage(task)
         return self._static[place]

@@ -98,7 +98,7 @@ def _open(folder: Path, command: str) -> TextIO | None:
         folder.mkdir(parents=True, exist_ok=True)
         for old in sorted(folder.glob("*.jsonl"))[: -KEEP + 1]:
             old.unlink(missing_ok=True)
-        return (folder / name).open("x", encoding="utf-8")
+        return (folder / name).open("x", encoding="utf-8", errors="backslashreplace")
     except OSError:
         return None
 

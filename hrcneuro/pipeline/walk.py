@@ -8,17 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hrcneuro import interrupts
 from hrcneuro.cache import why
-from hrcneuro.cache.store import Record
+from hrcneuro.cache.record import Record
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import Inputs
+from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError
+from hrcneuro.pipeline import absent
+from hrcneuro.pipeline.claims import Claims
 from hrcneuro.pipeline.executors import Executor, outcome
 from hrcneuro.pipeline.graph import Graph, Need, Needs, Task
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.job import Job, Outcome, execute
 from hrcneuro.pipeline.keys import Keys
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.workdir import Workdir, lock_patience_s
 
 
 @dataclass
@@ -62,6 +65,9 @@ class Run:
         self.keys = Keys(settings, workdir)
         self.nodes = {task: Node.of(task, needs) for task, needs in graph.items()}
         self.pictures_only = False
+        self.quiet = False
+        self.patience_s = lock_patience_s()
+        self.claims = Claims(workdir)
 
     @property
     def items(self) -> list[Item]:
@@ -83,6 +89,7 @@ class Run:
         pictures_only: bool = False,
         provenance: Callable[[], Mapping[str, Any]] = dict,
         report: Callable[[Item], None] = lambda item: None,
+        tell: Callable[[str], None] | None = None,
     ) -> list[Item]:
         """Bring the tasks up to date; a failure blocks only what stands on it. Return every item.
 
@@ -92,12 +99,16 @@ class Run:
             pictures_only: Draw what can be drawn of the numbers that are up to date; compute none.
             provenance: What is kept with every result of where it comes from.
             report: Is told of every change of an item.
+            tell: Is told of what else a person should know, such as a lock that is waited for.
         """
         forced = set(forced)
         self.pictures_only = pictures_only
+        self.quiet = tell is None
         waiting = dict(self.nodes)
         running: dict[futures.Future, Node] = {}
+        self.claims.open()
         self.workdir.cache.sweep()
+        asked = False
         try:
             while waiting or running:
                 for node in [n for n in waiting.values() if self._ready(n)]:
@@ -112,17 +123,28 @@ class Run:
                         waiting |= {one.task: one for one in again}
                         continue
                     if not node.settled:
+                        if not asked and tell is not None and (flaw := self.workdir.cache.flaw_of_locks()):
+                            tell(f"note: {flaw}")
+                        asked = True
                         node.item.state = State.RUNNING
+                        # Before it is submitted: in this process it runs at once, and a person wants to know what.
+                        report(node.item)
                         running[executor.submit(execute, self._job(node, node.task in forced, provenance()))] = node
-                    report(node.item)
+                    else:
+                        report(node.item)
                     if any(future.done() for future in running):
                         break
                 for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done if running else ():
                     node = running.pop(future)
                     self._finish(node, outcome(future, str(node.task)))
                     report(node.item)
+                # An interrupt that a stage made wait: its result is kept and pointed at now.
+                interrupts.deliver()
         finally:
             self.keys.memo.save()
+            self.claims.close()
+        if self.claims.flaw and tell is not None and any(item.state.done for item in self.items):
+            tell(f"note: {self.claims.flaw}")
         return self.items
 
     def _foresee(self, node: Node, *, force: bool = False) -> None:
@@ -152,6 +174,7 @@ class Run:
     def _prepare(self, node: Node, *, force: bool, dry: bool = False) -> None:
         """Decide a task whose upstream is settled; it stays waiting where it must run."""
         item, sources = node.item, self._sources(node)
+        item.before = bool(self.workdir.pointer(node.task.name, node.task.unit))
         bad = [source.task for source, _ in sources if source.item.state in (State.FAILED, State.BLOCKED)]
         coming = [source.task for source, _ in sources if source.item.state is State.WOULD_RUN]
         if bad:
@@ -161,8 +184,14 @@ class Run:
             item.state, item.why = State.WOULD_RUN, [f"inputs: {task} would run" for task in coming or node.needs]
             return
         try:
+            if node.task.unit == GROUP and not node.task.draws:
+                nodes = self.nodes
+                absent.refuse(node.task, lambda task: nodes[task].needs, lambda task: nodes[task].item.summary)
             node.parts = self.keys.parts(node.task, self._records(node))
             item.key = self.keys.key(node.parts)
+            if not dry:
+                # Before it is looked for: what is seen after that, no other study's gc drops.
+                self.claims.claim((node.task.name, node.task.unit, item.key))
             record = None if force else self._lookup(node, dry=dry)
             if record is not None:
                 item.state = State.HIT
@@ -235,8 +264,10 @@ class Run:
             config=self.keys.config(node.task),
             inputs=Inputs(node.task.unit, files),
             root=self.workdir.cache.root,
-            provenance=provenance,
+            provenance={**provenance, "study": self.claims.id},
             force=force,
+            quiet=self.quiet,
+            patience_s=self.patience_s,
         )
 
     def _folder(self, record: Record) -> Path:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.store import Record, Store, guarded, read_record
-from hrcneuro.contract import GROUP
-from hrcneuro.errors import DataError
+from hrcneuro.cache.disk import guarded
+from hrcneuro.cache.record import Entry, Record, is_key, read_record
+from hrcneuro.cache.store import PATIENCE_S, Store
+from hrcneuro.cache.studies import PlacedStudy, Studies, read_id
+from hrcneuro.contract import GROUP, SWEEP
+from hrcneuro.errors import ConfigError, DataError
 
 # Of the name under which pictures are kept: those of the stage erp lie under erp.figures.
 FIGURES = ".figures"
@@ -19,10 +23,29 @@ FIGURES = ".figures"
 class Workdir:
     """``<folder>/cache`` (or ``$HRCNEURO_CACHE``) and ``<folder>/results``."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, cache: Path | None = None) -> None:
         self.folder = folder.absolute()
         self.results = self.folder / "results"
-        self.cache = Store(Path(os.environ.get("HRCNEURO_CACHE") or self.folder / "cache").absolute())
+        given = cache or os.environ.get("HRCNEURO_CACHE")
+        self.cache = Store((Path(given).expanduser() if given else self.folder / "cache").absolute())
+        self.studies = Studies(self.cache.root)
+
+    def study(self) -> PlacedStudy:
+        """Return the study of this folder; it is given an id where it has none.
+
+        Raises:
+            OSError: The folder cannot be read.
+        """
+        return PlacedStudy.at(Path(os.path.realpath(self.folder)), self.results)
+
+    def of(self, other: PlacedStudy) -> Workdir:
+        """Return the working folder of another study that uses this cache."""
+        return Workdir(Path(other.folder), self.cache.root)
+
+    @property
+    def is_study(self) -> bool:
+        """Whether a study has run here."""
+        return bool(read_id(self.results) or self.keys())
 
     def point(self, record: Record) -> None:
         """Let the results pointer of a unit name this record."""
@@ -51,22 +74,47 @@ class Workdir:
 
     def pointer(self, stage: str, unit: str) -> str:
         """Return the key that the pointer names, or an empty string."""
-        key = self._read(stage, unit).get("key")
-        return key if isinstance(key, str) and key.isalnum() else ""
+        return _key(self._read(stage, unit))
 
     def last(self, stage: str, unit: str) -> Mapping[str, Any] | None:
         """Return the parts of the key that the pointer names, or None where the unit never ran."""
         parts = self._read(stage, unit).get("parts")
         return parts if isinstance(parts, dict) and all(isinstance(p, dict | str) for p in parts.values()) else None
 
-    def keys(self) -> set[tuple[str, str, str]]:
-        """Return (stage, unit, key) of every pointer."""
-        entries = set()
-        for path in sorted(self.results.glob("*/*.json")):
-            key = self.pointer(path.stem, path.parent.name)
-            if key:
-                entries.add((path.stem, path.parent.name, key))
-        return entries
+    def keys(self) -> set[Entry]:
+        """Return (stage, unit, key) of every pointer; of one that cannot be understood, all that it may point at.
+
+        Raises:
+            DataError: One cannot be read: what it points at must not pass for unused.
+        """
+        return {entry for entries in self._pointers().values() for entry in entries}
+
+    def unclear(self) -> dict[Path, set[Entry]]:
+        """Return the pointers that cannot be understood, each with the entries that it may point at.
+
+        Raises:
+            DataError: One cannot be read.
+        """
+        return {path: entries for path, entries in self._pointers().items() if entries and not _key(_parsed(path))}
+
+    def _pointers(self) -> dict[Path, set[Entry]]:
+        # Not by glob, which takes a folder that may not be read for an empty one.
+        found: dict[Path, set[Entry]] = {}
+        try:
+            if os.path.lexists(self.results):
+                # A link that leads nowhere, as to a disk that is not there now, is not the same as no results.
+                os.scandir(self.results).close()
+            for path in (p for unit in _listed(self.results) for p in _listed(unit) if p.suffix == ".json"):
+                stage, unit_name = path.stem, path.parent.name
+                with contextlib.suppress(FileNotFoundError, IsADirectoryError):
+                    key = _key(_parsed(path))
+                    found[path] = {(stage, unit_name, key)} if key else self.cache.entries_of(stage, unit_name)
+        except OSError as error:
+            raise DataError(
+                f"{error.filename or self.results} cannot be read: {error.strerror}",
+                cure="give yourself the right to read all results; what they point at is not known without",
+            ) from error
+        return found
 
     def artifact(self, stage: str, unit: str, name: str = "") -> Path:
         """Return where a unit's entry, or one file or picture of it, lies.
@@ -89,25 +137,88 @@ class Workdir:
             raise DataError(f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(names))}")
         return folder / name
 
+    def summary(self, stage: str, unit: str) -> Mapping[str, Any]:
+        """Return what a unit's stage said of its result in a few numbers when it last ran.
+
+        Raises:
+            DataError: The unit has not run, or its entry is gone.
+        """
+        return self.record(stage, unit).summary
+
+    def record(self, stage: str, unit: str) -> Record:
+        """Return the record of the entry that the pointer names.
+
+        Raises:
+            DataError: The unit has not run, or its entry is gone.
+        """
+        return self._record(stage, unit)[1]
+
     def _entry(self, stage: str, unit: str) -> tuple[Path, list[str]]:
         """Return the folder of the entry that the pointer names, and the names of its files."""
+        folder, record = self._record(stage, unit)
+        return folder, list(record.outputs)
+
+    def _record(self, stage: str, unit: str) -> tuple[Path, Record]:
+        """Return the folder and the record of the entry that the pointer names."""
         key = self.pointer(stage, unit)
-        cure = f"hrcneuro {stage.removesuffix(FIGURES)}{'' if unit == GROUP else f' {unit}'}"
+        what = {GROUP: "", SWEEP: " --sweep AXIS=VALUES"}.get(unit, f" {unit}")
+        cure = f"hrcneuro {stage.removesuffix(FIGURES)}{what}"
         if not key:
             raise DataError(f"{stage} of {unit} has not run in {self.folder}", cure=cure)
         folder = self.cache.folder(stage, unit, key)
         record = read_record(folder)
         if record is None:
             raise DataError(f"the entry of {stage} of {unit} is gone from the cache", cure=cure)
-        return folder, list(record.outputs)
+        return folder, record
 
     def _pointer_path(self, stage: str, unit: str) -> Path:
         return self.results / unit / f"{stage}.json"
 
     def _read(self, stage: str, unit: str) -> dict[str, Any]:
-        # A pointer only says what was current: one that cannot be read is as good as none.
+        # A pointer only says what was current: for a run, one that cannot be read is as good as none.
         try:
-            content = json.loads(self._pointer_path(stage, unit).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return _parsed(self._pointer_path(stage, unit))
+        except OSError:
             return {}
-        return content if isinstance(content, dict) else {}
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    """Return what a pointer says; nothing where it cannot be understood.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    try:
+        content = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _key(content: Mapping[str, Any]) -> str:
+    """Return the key that a pointer names; an empty string where it names none."""
+    key = content.get("key")
+    return key if isinstance(key, str) and is_key(key) else ""
+
+
+def _listed(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def lock_patience_s() -> float:
+    """Return how long a lock's holder on another machine may give no sign of life: ``HRCNEURO_LOCK_WAIT``, seconds.
+
+    Raises:
+        ConfigError: It is no such number.
+    """
+    given = os.environ.get("HRCNEURO_LOCK_WAIT") or str(PATIENCE_S)
+    try:
+        seconds = float(given)
+    except ValueError:
+        seconds = -1.0
+    if not 0.0 <= seconds < float("inf"):
+        raise ConfigError(f"HRCNEURO_LOCK_WAIT is {given!r}", cure="give a number of seconds, such as 12, or unset it")
+    return seconds

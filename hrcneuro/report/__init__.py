@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,24 +11,23 @@ from typing import Any
 def write_report(settings: Any, items: Sequence[Any], path: Path) -> Path:
     """Write the page unless it already shows exactly these results; return where it lies.
 
-    The figures lie beside it, in ``figures/``, each as PNG and PDF.
+    The figures lie beside it, in ``figures/``, each as PNG and PDF, and so does ``report.json``: what it shows.
     """
     from hrcneuro.cache import fingerprint
+    from hrcneuro.report import shelf
 
     memo = fingerprint.Memo(path.parent / ".memo.json")
     stamp = _stamp(settings, items, memo)
     mark = path.with_suffix(".json")
-    if path.is_file() and _read(mark) == stamp:
+    if path.is_file() and shelf.read(mark).get("stamp") == stamp:
         return path
     from hrcneuro.report.page import render
     from hrcneuro.report.results import Results
 
-    html = render(Results(settings, items, memo), path.parent / "figures")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    part.write_text(html, encoding="utf-8")
-    part.replace(path)
-    mark.write_text(json.dumps({"stamp": stamp}), encoding="utf-8")
+    html, about = render(Results(settings, items, memo), path.parent / "figures")
+    shelf.write(path, html)
+    noted = {"stamp": stamp, "done": shelf.done(items), "whole": shelf.is_whole(settings, items), **about}
+    shelf.write(mark, json.dumps(noted, indent=1))
     memo.save()
     return path
 
@@ -38,6 +36,7 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
     from hrcneuro import __version__
     from hrcneuro.cache import fingerprint
     from hrcneuro.contract import params
+    from hrcneuro.report import shelf
 
     package = Path(__file__).parents[1]
     return fingerprint.digest(
@@ -47,6 +46,7 @@ def _stamp(settings: Any, items: Sequence[Any], memo: Any) -> str:
             "layout": {p.name: fingerprint.file_digest(p) for p in _layout()},
             "version": __version__,
             "study": params(settings.study),
+            "name": shelf.name(settings),
             "sections": {name: params(section) for name, section in settings.sections.items()},
         }
     )
@@ -62,10 +62,3 @@ def _shown(item: Any) -> list[Any]:
     done = item.state in ("hit", "ran")
     # Why something ran is shown nowhere, and is forgotten by the next run; why something is missing is shown.
     return [item.key, done, [] if done else item.why]
-
-
-def _read(mark: Path) -> str:
-    try:
-        return str(json.loads(mark.read_text(encoding="utf-8"))["stamp"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.contract import GROUP
+from hrcneuro.report import subjects as of_subjects
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Results
@@ -65,8 +66,12 @@ def _quality(results: Results) -> Values:
     for unit in results.units("preprocess"):
         s = results.summary("preprocess", unit)
         rate = f"{s.get('source_sfreq', 0):g} to {s.get('sfreq', 0):g} Hz"
-        rows.append([unit, ", ".join(s.get("interpolated", ())) or "none", rate, s.get("interpolation", "")])
-    return {"replaced": PageTable(["subject", "replaced", "rate", "interpolation"], rows)}
+        replaced = s.get("interpolated", ())
+        kept = sorted(f"{name} ({why})" for name, why in s.get("noisy", {}).items() if name not in replaced)
+        method = s.get("interpolation", "")
+        rows.append([unit, ", ".join(replaced) or "none", ", ".join(kept) or "none", rate, method])
+    head = ["subject", "replaced", "noisy all the time, and kept (PREP)", "rate", "interpolation"]
+    return {"replaced": PageTable(head, rows)}
 
 
 def _counts(results: Results) -> Values:
@@ -86,7 +91,24 @@ def _counts(results: Results) -> Values:
     return {"counts": PageTable(head, rows)}
 
 
+def _potentials(results: Results) -> Values:
+    return {} if ("erp", GROUP) in results.done else {"peaks": of_subjects.potentials(results)}
+
+
+def _rhythms(results: Results) -> Values:
+    return {} if ("ersp", GROUP) in results.done else {"peaks": of_subjects.rhythms(results)}
+
+
 def _decoding(results: Results) -> Values:
+    if ("decode", GROUP) in results.done:
+        return _of_group(results)
+    scores = of_subjects.scores(results)
+    if scores is None:
+        return {}
+    return {"decoders": [], "subjects": _subjects(scores), "repeats": results.settings.sections["decode"].repeats}
+
+
+def _of_group(results: Results) -> Values:
     table2, subjects = (results.table("decode", GROUP, f"{n}.parquet") for n in ("table2", "subjects"))
     tests = results.table("decode", GROUP, "group_tests.parquet")
     if table2 is None or subjects is None or tests is None or table2.empty:
@@ -252,6 +274,8 @@ _VALUES: dict[str, Callable[[Results], Values]] = {
     "acquire": _recordings,
     "preprocess": _quality,
     "epoch": _counts,
+    "erp": _potentials,
+    "ersp": _rhythms,
     "decode": _decoding,
     "simulate": _milestones,
     "robot": _arms,

@@ -12,6 +12,7 @@ from hrcneuro.report import facts, measured_arm, measured_brain, measured_decodi
 from hrcneuro.report.parameters import PARAMETERS, SETUP, fill
 from hrcneuro.report.results import Results
 from hrcneuro.report.verdicts import Measured, grounds
+from hrcneuro.sources.origin import Origin
 
 _FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
 _GROUP = ("erp", "ersp", "simulate")  # measured on the group's item, the others on the subjects'
@@ -49,6 +50,7 @@ class PublishedRow:
         kind: ``result``, ``parameter`` or ``setup``; results alone have the rest.
         verdict, why: What the comparison comes to, and its criterion or reason.
         chapter, figure: As in :class:`Claim`.
+        simulated: The ground (``eeg``, ``arm``, …) on which it rests, where that is simulated; else empty.
     """
 
     place: str
@@ -60,6 +62,7 @@ class PublishedRow:
     why: str = ""
     chapter: str = ""
     figure: str = ""
+    simulated: str = ""
 
 
 def _table_2() -> list[Claim]:
@@ -138,11 +141,9 @@ def rows(results: Results) -> list[PublishedRow]:
         ours, about = measured.get(claim.key), claim.printed
         verdict, why = basis.verdict(ours, ran=_ran(results, claim))
         text = ours.text if ours else "-"
-        lines.append(
-            PublishedRow(
-                about.place, about.quantity, about.text, text, "result", verdict, why, claim.chapter, claim.figure
-            )
-        )
+        ground = ours.rests_on if ours and basis.origin[ours.rests_on] is Origin.SYNTHETIC else ""
+        words = (about.place, about.quantity, about.text, text)
+        lines.append(PublishedRow(*words, "result", verdict, why, claim.chapter, claim.figure, ground))
     run = facts.gather(results)
     for kind, given in (("setup", SETUP), ("parameter", PARAMETERS)):
         lines += [PublishedRow(p.place, p.quantity, p.text, fill(ours, results, run), kind) for p, ours in given]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from hrcneuro import drawings
-from hrcneuro.contract import GROUP
+from hrcneuro.contract import OF_ALL
 from hrcneuro.report.results import Figure
 
 
@@ -30,7 +30,7 @@ def collect(figures: Iterable[Figure], folder: Path) -> None:
 
 
 def _place(figure: Figure, folder: Path) -> Path:
-    return folder if figure.unit == GROUP else folder / figure.unit
+    return folder if figure.unit in OF_ALL else folder / figure.unit
 
 
 def _name(figure: Figure, source: Path) -> str:

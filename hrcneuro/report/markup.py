@@ -47,11 +47,22 @@ def render(template: str, **values: Any) -> Markup:
     return Markup(_environment().get_template(template).render(values))  # escaped by the template
 
 
+def own(name: str) -> Markup:
+    """Return a file of this package, such as the style sheet, for a page as it is, without escapes."""
+    from importlib.resources import files
+
+    from markupsafe import Markup
+
+    return Markup(files("hrcneuro.report").joinpath(name).read_text(encoding="utf-8"))
+
+
 @functools.cache
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    from hrcneuro.report import glossary
+
+    made = Environment(
         loader=PackageLoader("hrcneuro.report"),
         autoescape=True,
         undefined=StrictUndefined,
@@ -59,3 +70,5 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    made.filters["terms"] = glossary.mark
+    return made

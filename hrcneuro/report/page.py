@@ -6,16 +6,16 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hrcneuro import __version__, drawings, published, stages
-from hrcneuro.contract import GROUP
+from hrcneuro import __version__, answers, drawings, published, stages
+from hrcneuro.contract import GROUP, OF_ALL, SWEEP
 from hrcneuro.figures.style import DPI
-from hrcneuro.report import chapters, markup, provenance
+from hrcneuro.report import chapters, glossary, markup, provenance, shelf, task
 from hrcneuro.report.album import Album
-from hrcneuro.report.claims import PublishedRow, rows
+from hrcneuro.report.claims import PublishedRow, is_study, rows
+from hrcneuro.report.differing import differing
 from hrcneuro.report.gallery import collect
 from hrcneuro.report.measured_decoding import guessing
 from hrcneuro.report.results import Figure, Results
@@ -26,9 +26,10 @@ _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_s
 _ONCE = ("reach.png",)  # the same for every subject
 
 
-def render(results: Results, folder: Path) -> str:
-    """Return the report as one HTML document, and leave every figure as a file in the folder."""
-    return _Page(results, folder).html()
+def render(results: Results, folder: Path) -> tuple[str, dict[str, Any]]:
+    """Return the report as one HTML document and what a list says of it; leave every figure as a file in the folder."""
+    page = _Page(results, folder)
+    return page.html(), page.about()
 
 
 class _PageFigure(NamedTuple):
@@ -51,6 +52,7 @@ class _Page:
             self.figures[drawings.load(name).chapter or name] += results.figures(name)
         collect([f for figures in self.figures.values() for f in figures], folder)
         self.stages = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
+        self.rows = rows(results)
 
     def html(self) -> str:
         settings = self.results.settings
@@ -66,20 +68,38 @@ class _Page:
                 "sentence": sentence,
                 "kind": {"real": "real", "no data": "none"}.get(word, "synthetic"),
             },
+            name=shelf.name(settings),
             missing=self._missing(),
-            published=self._published(rows(self.results)),
+            task=task.panels() if is_study(self.results) else [],
+            edge=task.EDGE,
+            glossary=glossary.terms(of_task=is_study(self.results)),
+            published=self._published(self.rows),
             chapters=list(map(self._chapter, self.stages)),
             provenance=provenance.chapter(self.results),
-            style=_own("page.css"),
-            script=_own("page.js"),
+            style=markup.own("page.css"),
+            script=markup.own("page.js"),
         )
         return self.album.fill(page)
+
+    def about(self) -> dict[str, Any]:
+        """Return what a list of reports says of this one."""
+        return {
+            "study": self.results.settings.study.name,
+            "reality": self.results.reality[0],
+            "subjects": len(self.results.units("acquire")),
+            "stages": ", ".join(self.stages),
+            "verdicts": {_PLURAL.get(v, v): number for v, number in self._counts().items() if number},
+        }
+
+    def _counts(self) -> dict[str, int]:
+        counts = Counter(row.verdict for row in self.rows if row.verdict)
+        return {verdict: counts[verdict] for verdict in VERDICTS}
 
     def _anchors(self, stage: str) -> dict[str, str]:
         """Return anchor -> title of a chapter's figures; of those a subject has, the first one's."""
         titles: dict[str, str] = {}
         for figure in sorted(self.figures[stage], key=lambda f: f.stage not in drawings.JOINT):
-            title = figure.title or (figure.path.stem if figure.unit == GROUP else "")
+            title = figure.title or (figure.path.stem if figure.unit in OF_ALL else "")
             if title and title not in titles.values():
                 titles[_anchor(figure)] = title
         return titles
@@ -98,16 +118,16 @@ class _Page:
         """Return what is said of the paper; None where the study is another one."""
         if not lines:
             return None
-        counts = Counter(row.verdict for row in lines if row.verdict)
         results = [row for row in lines if row.kind == "result"]
         notes = {"decode": guessing(self.results)}
         return {
             "doi": published.DOI,
             "chips": [
-                {"kind": _mark(v), "number": counts[v], "word": _PLURAL.get(v, v)}
-                for v in VERDICTS
-                if counts[v] or v == AGREES
+                {"kind": _mark(v), "number": number, "word": _PLURAL.get(v, v)}
+                for v, number in self._counts().items()
+                if number or v == AGREES
             ],
+            "differing": differing(lines),
             "meanings": list(VERDICTS.items()),
             # A criterion where it was applied, a reason where it could not be.
             "applied": (AGREES, CHOSEN, DIFFERS, PLANTED),
@@ -135,19 +155,31 @@ class _Page:
             "figures": [self._shown(f) for f in group if f not in (*appendix, *joint)],
             "joint": list(map(self._shown, joint)),
             "tables": chapters.tables(self.results, stage),
+            "sweep": self._sweep(stage),
             "notes": provenance.plain(notes),
             "appendix": list(map(self._shown, appendix)),
             **self._subjects(stage),
         }
 
+    def _sweep(self, stage: str) -> dict[str, Any] | None:
+        """Return what a sweep's section shows; None where the stage has none that is up to date."""
+        summary = self.results.summary(stage, SWEEP)
+        if not summary:
+            return None
+        return {
+            "lines": [line.strip() for line in answers.lines(stage, SWEEP, summary, every=True)],
+            "figures": [self._shown(f) for f in self.figures[stage] if f.unit == SWEEP],
+        }
+
     def _subjects(self, stage: str) -> dict[str, Any]:
         """Return the figures of the subject that the chapter shows, and of the others, which are folded."""
-        figures = [f for f in self.figures[stage] if f.unit != GROUP]
+        figures = [f for f in self.figures[stage] if f.unit not in OF_ALL]
         units = list(dict.fromkeys(f.unit for f in figures))
         once = [f for f in figures if f.path.name in _ONCE and f.unit == units[0]]
         each = [f for f in figures if f.path.name not in _ONCE]
         # One subject of the arm is a figure of the chapter; of the rest the group's figures speak.
-        first = [f for f in each if f.unit == units[0]] if stage == "robot" or len(units) == 1 else []
+        alone = stage == "robot" or len(units) == 1 or (stage, GROUP) not in self.results.done
+        first = [f for f in each if f.unit == units[0]] if units and alone else []
         rest = [f for f in each if f not in first]
         return {
             "subject": list(map(self._shown, first + once)),
@@ -157,24 +189,17 @@ class _Page:
         }
 
     def _shown(self, figure: Figure) -> _PageFigure:
-        alone = figure.unit == GROUP or figure.path.name in _ONCE
+        alone = figure.unit in OF_ALL or figure.path.name in _ONCE
         text = figure.caption if alone else f"{figure.unit}: {figure.caption}"
         if figure.stage in drawings.JOINT:
             text = f"{figure.title}. {text}"
-        source = self.album.mark(figure.path, subject=figure.unit != GROUP)
+        source = self.album.mark(figure.path, subject=figure.unit not in OF_ALL)
         return _PageFigure(_anchor(figure), _width(figure.path), f"{text}.", source)
 
 
 def _mark(verdict: str) -> str:
     """Return the class of the style sheet that a verdict has: not-run, agrees-by-our-choice-of-reading."""
     return re.sub(r"\W+", "-", verdict)
-
-
-def _own(name: str) -> Any:
-    """Return a file of this package for the page as it is, without escapes."""
-    from markupsafe import Markup
-
-    return Markup(files("hrcneuro.report").joinpath(name).read_text(encoding="utf-8"))
 
 
 def _without_verdict(lines: Sequence[PublishedRow], kind: str) -> markup.PageTable:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import drawings, published
-from hrcneuro.contract import GROUP
+from hrcneuro.contract import GROUP, OF_ALL
 from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.pipeline.workdir import FIGURES
 from hrcneuro.sources.origin import AUTHORS_LOGS, Origin, Origins
@@ -45,7 +45,7 @@ class Results:
 
     def units(self, stage: str) -> list[str]:
         """Return the subjects for which a stage has run."""
-        return sorted(unit for name, unit in self.done if name == stage and unit != GROUP)
+        return sorted(unit for name, unit in self.done if name == stage and unit not in OF_ALL)
 
     def included(self, stage: str) -> list[str]:
         """Return the subjects of a stage that enter the analyses."""
@@ -99,8 +99,8 @@ class Results:
             return []
         drawn = drawings.load(name)
         figures = []
-        for item in sorted(self.drawn, key=lambda i: (i.unit != GROUP, i.unit)):
-            drawing = drawn.group if item.unit == GROUP else drawn.subject
+        for item in sorted(self.drawn, key=lambda i: (i.unit not in OF_ALL, i.unit)):
+            drawing = drawn.of(item.unit)
             if item.stage == name + FIGURES and drawing:
                 for file, caption in drawing.captions.items():
                     if file in item.artifacts:

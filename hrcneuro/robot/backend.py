@@ -62,14 +62,18 @@ class Cause(enum.Enum):
     NOT_NORMAL = enum.auto()  # another safety mode
     SAFETY_BITS = enum.auto()  # a restriction beside the normal mode
     PACKETS_LOST = enum.auto()
+    LATE = enum.auto()  # the session itself was held up: nobody supervised meanwhile
+    NOT_KEPT = enum.auto()  # what the session does cannot be written down
     PROGRAM = enum.auto()  # the control program is paused or has ended
     SLIDER = enum.auto()  # the speed slider stands too low
     NO_NUMBER = enum.auto()  # a command is none
     OUT_OF_BOX = enum.auto()  # a command would lead out of the keep-inside box
+    OFF_PATH = enum.auto()  # the tip is too far from where it should be on its way
     TIP_ASTRAY = enum.auto()  # the tip did not arrive
     JOINT_ASTRAY = enum.auto()
     STARTS_OUTSIDE = enum.auto()  # of the keep-inside box
     STARTS_FOLDED = enum.auto()  # with another elbow or wrist than at home
+    SLOW_ANSWER = enum.auto()  # commands and packets take too long, evenly
     NO_RESPONSE = enum.auto()  # commands do not move it
     OTHER_RESPONSE = enum.auto()  # it moves otherwise than commanded
 

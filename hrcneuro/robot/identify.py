@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from hrcneuro.robot.backend import PERIOD, ArmError, Cause
 from hrcneuro.robot.record import Telemetry
@@ -21,8 +22,6 @@ def response_lead(telemetry: Telemetry, *, most: float = 0.2) -> float:
     Raises:
         ArmError: The arm did not move, or not as commanded.
     """
-    from scipy.optimize import minimize_scalar
-
     time = telemetry.time - telemetry.time[0]
     asked = np.zeros_like(telemetry.command)
     asked[1:] = np.cumsum(telemetry.command[:-1] * np.diff(time)[:, None], axis=0)

@@ -7,15 +7,15 @@ supervisor) leaves through a controlled stop.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from math import ceil, inf, nan, sqrt
+from math import ceil, dist, inf, nan, sqrt
 from types import TracebackType
+from typing import NoReturn
 
 from hrcneuro.robot import record
-from hrcneuro.robot.backend import PERIOD, Backend, Cause, Clock, Packet, Stopped
+from hrcneuro.robot.backend import PERIOD, ArmError, Backend, Cause, Clock, Packet, Stopped
 from hrcneuro.robot.limits import FATAL, INVALID, Limits
 from hrcneuro.robot.parameters import Bounds
-from hrcneuro.robot.record import Recorder
+from hrcneuro.robot.record import Recorder, Track
 from hrcneuro.robot.safety import Supervisor, Trip
 from hrcneuro.robot.tracking import ResolvedRate
 from hrcneuro.robot.trajectory import MotionState, Stop, Trajectory
@@ -26,20 +26,11 @@ _BRAKE = 4.0  # rad/s², the deceleration asked of the controller itself
 _AT_REST = 1e-3  # rad/s
 _APART = 0.125  # least distance of two cycles, in periods
 
+_ASTRAY = 0.1  # rad, of a joint off its path: at the greatest homing speed it trails by half of that
+
 OnOnset = Callable[[Callable[[], float], int], None]
-
-
-@dataclass(frozen=True)
-class Track:
-    """One path as it was followed: rows of the record, and times from the session's start, seconds."""
-
-    first: int  # row of the first cycle
-    last: int  # row after the last cycle
-    start: float
-    onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
-    end: float
-    marked: float = nan  # when its marker had gone out; nan without an onset
-    motion: MotionState | None = None  # of the reference in the next cycle, where another path takes over without rest
+OnStop = Callable[[BaseException], None]
+OnRest = Callable[[bool], None]
 
 
 class Loop:
@@ -55,6 +46,8 @@ class Loop:
         supervisor: Supervisor,
         stop: Bounds,
         on_onset: OnOnset | None = None,
+        on_stop: OnStop = lambda error: None,
+        on_rest: OnRest = lambda seen: None,
     ) -> None:
         """Take over an arm at rest; nothing is commanded yet.
 
@@ -65,13 +58,16 @@ class Loop:
             stop: Bounds of a controlled stop, rad and s; the limits look ahead by it.
             on_onset: The marker: called at the first non-zero command of every move, once that has been sent, with
                 what tells how long ago that cycle began, seconds, and with the move.
+            on_stop: Called with why the session ends, before anything else is done about it: it must not wait.
+            on_rest: Called after such an end, with whether the arm was seen at rest.
         """
-        self.lead = 0.0
+        self.lead: float | None = None  # of the feed-forward, seconds; None until it is known
         self.record = Recorder()
         self.stops = 0
         self._arm, self._clock = arm, clock
         self._law, self._limits, self._supervisor = law, limits.stopping(stop), supervisor
         self._stop_bounds, self._on_onset = stop, on_onset
+        self._on_stop, self._on_rest = on_stop, on_rest
         self._zero = self._next = clock.now()
         self._last: list[float] = _ZERO
         self._before: list[float] = _ZERO
@@ -83,8 +79,11 @@ class Loop:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         try:
             if not self._stopped:
-                self.stops += kind is not None
-                self.halt()
+                if error is not None:
+                    self._announce(error)
+                seen = self.halt()
+                if error is not None:
+                    self._on_rest(seen)
         finally:
             try:
                 self._arm.stop(_BRAKE)
@@ -95,11 +94,29 @@ class Loop:
         """Return the time of the cycle to come, from the session's start."""
         return self._next - self._zero
 
+    @property
+    def late_packets(self) -> tuple[int, float]:
+        """In how many cycles a packet was too old and borne, and the age of the oldest, seconds."""
+        return self._supervisor.late_packets, self._supervisor.oldest
+
     def measured(self) -> Packet:
         """Return the arm's packet after one cycle at rest."""
         now, packet = self._begin()
         self._send(now, packet, _ZERO, record.REST, -1, _NOWHERE)
         return packet
+
+    def resume(self) -> None:
+        """Go on after a computation at rest: with fresh packets, which a thread of the arm may only now get to read.
+
+        Raises:
+            Stopped: It took so long that nobody supervised the arm.
+        """
+        now = self._clock.now()
+        late = now - self._next
+        if trip := self._supervisor.late(late):
+            self._trip(now, self._arm.state(), trip)
+        if late > 0.0:
+            self._next += PERIOD * ceil(late / PERIOD + 2.0)
 
     def rest(self, until: float, *, at: Sequence[float] = _NOWHERE, move: int = -1) -> None:
         """Command nothing until ``until``, from the session's start; ``at`` is recorded as the place to be."""
@@ -133,7 +150,7 @@ class Loop:
             Stopped: The tip did not arrive, a limit or the supervisor ended the move; the arm has been stopped.
         """
         first, start, onset, marked = len(self.record), nan, nan, nan
-        law, lead = self._law, self.lead
+        law, lead, known = self._law, self.lead or 0.0, self.lead is not None
         goal, _ = path.at(path.duration)
         while True:
             now, packet = self._begin()
@@ -142,8 +159,14 @@ class Loop:
             t = now - start
             at, _ = path.at(t)
             qd, ex, ey, ez = law(packet.q, at, path.at(t + lead)[1])
+            off = sqrt(ex * ex + ey * ey + ez * ez)
+            if self._supervisor.off_path(off, lead_known=known):
+                # The tip is where it was when the packet was made: that is what it is held against.
+                then, _ = path.at(max(t - (now - packet.stamp), 0.0))
+                off_then = dist(then, (at[0] - ex, at[1] - ey, at[2] - ez))
+                if trip := self._supervisor.off_path(off_then, lead_known=known):
+                    self._fail(trip.cause, trip.problem)
             if t >= path.duration:
-                off = sqrt(ex * ex + ey * ey + ez * ez)
                 if off <= settle or (t >= path.duration + patience and off <= radius):
                     self._send(now, packet, _ZERO, phase, move, at)
                     return self._track(first, start, onset, now, marked)
@@ -183,7 +206,9 @@ class Loop:
                     Cause.JOINT_ASTRAY,
                     f"a joint stands {off:.4f} rad from its goal {patience:g} s after it should have arrived",
                 )
-            ahead = path.at(t + self.lead)[1]
+            if off > _ASTRAY:
+                self._fail(Cause.JOINT_ASTRAY, f"a joint is {off:.3f} rad off its path; {_ASTRAY:g} rad are allowed")
+            ahead = path.at(t + (self.lead or 0.0))[1]
             qd = [v + gain * e for v, e in zip(ahead, error, strict=True)]
             self._send(now, packet, qd, record.HOME, -1, _NOWHERE)
 
@@ -199,9 +224,8 @@ class Loop:
         stop = Stop([fastest], self._stop_bounds, qdd=[-self._braking(fastest)])
         t = 0.0
         while t < stop.duration + PERIOD and any(self._last):
-            self._clock.wait_until(self._next)
-            now, packet = self._tick()
-            if self._supervisor.check(packet, now) is not None:
+            now, packet, trip = self._tick()
+            if trip is not None or self._supervisor.late(self._clock.now() - now) is not None:
                 self._arm.stop(_BRAKE)
                 break
             t += PERIOD
@@ -234,21 +258,22 @@ class Loop:
         self.record.add(head, packet.q, packet.qd, self._last, at)
 
     def _begin(self) -> tuple[float, Packet]:
-        self._clock.wait_until(self._next)
-        now, packet = self._tick()
-        trip = self._supervisor.check(packet, now)
+        now, packet, trip = self._tick()
         if trip is not None:
             self._trip(now, packet, trip)
         return now, packet
 
-    def _tick(self) -> tuple[float, Packet]:
+    def _tick(self) -> tuple[float, Packet, Trip | None]:
+        self._clock.wait_until(self._next)
         now = self._clock.now()
+        late = now - self._next
         self._next += PERIOD
         if self._next - now < _APART * PERIOD:
             # What a late cycle missed is not made up for: two commands at once would jerk. The beat stays, since
             # the lead was found for this place between two of the controller's own cycles.
             self._next += PERIOD * ceil((now - self._next) / PERIOD + _APART)
-        return now, self._arm.state()
+        packet = self._arm.state()
+        return now, packet, self._supervisor.check(packet, now, late)
 
     def _send(self, now: float, packet: Packet, qd: list[float], phase: int, move: int, at: Sequence[float]) -> bool:
         met = 0
@@ -256,6 +281,9 @@ class Loop:
             if phase != record.STOP:
                 qd, met = self._limits(packet.q, qd, self._last)
             self._before, self._last = self._last, qd if any(qd) else _ZERO
+        if phase != record.STOP and (trip := self._supervisor.late(self._clock.now() - now)) is not None:
+            # Held up since the check above: what was computed then is no command for now.
+            self._trip(now, packet, trip)
         self._arm.speed(self._last)
         self._note(now, phase, move, packet, met, at)
         if met & FATAL:
@@ -264,25 +292,32 @@ class Loop:
             self._fail(cause, f"a command {what}; it was not sent")
         return self._last is not _ZERO
 
-    def _trip(self, now: float, packet: Packet, trip: Trip) -> None:
+    def _trip(self, now: float, packet: Packet, trip: Trip) -> NoReturn:
         self._stopped = True
-        self.stops += 1
+        self._announce(ArmError(trip.cause, trip.problem))
         if trip.brake:
             self._arm.stop(_BRAKE)
         self._last = self._before = _ZERO
         self._note(now, record.STOP, -1, packet, 0, _NOWHERE)
-        raise Stopped(trip.cause, trip.problem, rests=self._watch_rest())
+        self._end(trip.cause, trip.problem, seen=self._watch_rest())
 
-    def _fail(self, cause: Cause, problem: str) -> None:
+    def _fail(self, cause: Cause, problem: str) -> NoReturn:
+        self._announce(ArmError(cause, problem))
+        self._end(cause, problem, seen=self.halt())
+
+    def _announce(self, error: BaseException) -> None:
         self.stops += 1
-        raise Stopped(cause, problem, rests=self.halt())
+        self._on_stop(error)
+
+    def _end(self, cause: Cause, problem: str, *, seen: bool) -> NoReturn:
+        self._on_rest(seen)
+        raise Stopped(cause, problem, rests=seen)
 
     def _watch_rest(self) -> bool:
         # Whether the arm was seen at rest. At most a second: an arm that tells nothing cannot be waited for.
         self._last = self._before = _ZERO
         for _ in range(125):
-            self._clock.wait_until(self._next)
-            now, packet = self._tick()
+            now, packet, _ = self._tick()
             self._note(now, record.STOP, -1, packet, 0, _NOWHERE)
             if max(abs(v) for v in packet.qd) < _AT_REST and now - packet.stamp < 2 * PERIOD:
                 return True

@@ -46,6 +46,19 @@ class Safety:
     """What bounds and stops the arm."""
 
     max_packet_age_s: float = option(0.020, "an older packet stops the arm", unit="s", low=0.008, high=0.5)
+    patient: bool = option(
+        False, "for ursim on a busy machine: packets older than max_packet_age_s are counted, up to half a second old"
+    )
+    max_late_s: float = option(
+        0.1, "a control cycle that begins later than this stops the arm, also at rest", unit="s", low=0.02, high=0.5
+    )
+    max_lead_s: float = option(
+        0.05, "a session whose commands take longer to act and be seen does not start", unit="s", low=0.01, high=0.2
+    )
+    max_path_error_mm: float = option(
+        8.0, "the tip farther from its path stops the arm; three times it until the lead is known", unit="mm", low=0.5,
+        high=50.0,
+    )  # fmt: skip
     max_acceleration: float = option(12.0, "of every joint", unit="rad/s²", low=1.0, high=40.0)
     stop_deceleration: float = option(8.0, "of a controlled stop, every joint", unit="rad/s²", low=0.5, high=40.0)
     stop_jerk: float = option(200.0, "of a controlled stop, every joint", unit="rad/s³", low=5.0, high=2000.0)

@@ -10,7 +10,7 @@ import pandas as pd
 
 from hrcneuro.paradigm.grid import CENTRE, OPPOSITE, SIZE, Tile, beyond, distance, inside
 from hrcneuro.robot.limits import MAX_SPEED
-from hrcneuro.robot.parameters import Durations, Selection
+from hrcneuro.robot.parameters import Durations, Pace, Selection
 from hrcneuro.robot.workspace import WayError, Workspace
 
 
@@ -188,6 +188,20 @@ def check_paths(moves: Sequence[PlannedMove], workspace: Workspace) -> None:
             workspace.check_way(workspace.position(*start), workspace.position(*end), near=workspace.reach.q[start])
         except WayError as error:
             raise WayError(error.flaw, f"from tile {start} to {end} {error}") from error
+
+
+def expected_ends(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace) -> list[float]:
+    """Return about when each move ends, seconds after the session's arm has come home and its lead is known."""
+    ends, seconds, tile = [], 0.0, CENTRE
+    for move in moves:
+        if move.first:
+            way = np.subtract(workspace.position(*tile), workspace.position(*move.start))
+            seconds += pace.pause_s + float(np.linalg.norm(way)) / pace.approach_speed + 1.0
+        gap = min(move.gap, pace.longest_gap_s) if np.isfinite(move.gap) else 0.0
+        seconds += max(gap, move.t_f + 0.2)
+        tile = move.end
+        ends.append(seconds)
+    return ends
 
 
 def _ranges(numbers: Sequence[int]) -> str:

@@ -5,13 +5,24 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
+
+from hrcneuro.robot.trajectory import MotionState
 
 PHASES = ("home", "approach", "identify", "move", "rest", "stop")
 HOME, APPROACH, IDENTIFY, MOVE, REST, STOP = range(len(PHASES))
 
-_WIDTH = 6 + 6 * 3 + 3
+COLUMNS = (
+    *("time_s", "phase", "move", "safety_bits", "speed_scaling", "limit_bits"),
+    *(f"q_{i}_rad" for i in range(1, 7)),
+    *(f"qd_{i}_rad_s" for i in range(1, 7)),
+    *(f"qd_command_{i}_rad_s" for i in range(1, 7)),
+    *(f"reference_{axis}_m" for axis in "xyz"),
+)
+"""What a row of the recorder holds, in this order; ``phase`` is an index into :data:`PHASES`."""
+_WIDTH = len(COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -30,6 +41,19 @@ class Telemetry:
     reference: np.ndarray  # (n, 3), where the tip should be; nan while homing and stopping
 
 
+@dataclass(frozen=True)
+class Track:
+    """One path as it was followed: rows of the record, and times from the session's start, seconds."""
+
+    first: int  # row of the first cycle
+    last: int  # row after the last cycle
+    start: float
+    onset: float  # the first command that was not zero: t = 0 of the study's epochs; nan without one
+    end: float
+    marked: float = nan  # when its marker had gone out; nan without an onset
+    motion: MotionState | None = None  # of the reference in the next cycle, where another path takes over without rest
+
+
 class Recorder:
     """Collects rows of plain floats at well under 2 µs a cycle."""
 
@@ -43,6 +67,11 @@ class Recorder:
             reference: Sequence[float]) -> None:  # fmt: skip
         """Keep one cycle; ``head`` is (time, phase, move, safety, scaling, limits)."""
         self._rows.extend((*head, *q, *qd, *command, *reference))
+
+    def rows(self, first: int) -> array[float]:
+        """Return the cycles from ``first`` on, one after the other, :data:`COLUMNS` each."""
+        # A copy: another thread may take it while the loop adds cycles.
+        return self._rows[first * _WIDTH :]
 
     def telemetry(self, first: int = 0, last: int | None = None) -> Telemetry:
         """Return the cycles ``first`` … ``last`` (exclusive; the end where None)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite, nan
 
 import numpy as np
@@ -12,14 +13,19 @@ from hrcneuro.paradigm.grid import CENTRE, Tile
 from hrcneuro.robot import kinematics, record
 from hrcneuro.robot.backend import PERIOD, ArmError, Cause
 from hrcneuro.robot.identify import response_lead
-from hrcneuro.robot.loop import Loop, Track
+from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
+from hrcneuro.robot.record import Track
 from hrcneuro.robot.trajectory import BoundedPath, MotionState, MovingStart, TileMove, Trajectory
-from hrcneuro.robot.workspace import DOWN, Workspace
+from hrcneuro.robot.workspace import DOWN, Flaw, WayError, Workspace
 
 # A tool within half a degree of vertical is righted by the tracking law without a jolt.
 _UPRIGHT = np.radians(0.5)
+_CORNERS = [(CENTRE[0] + down, CENTRE[1] + right) for down, right in ((0, 0), (1, 0), (1, 1), (0, 1), (0, 0))]
+# What finds the lead: a round trip of moves from tile to tile, and their duration, seconds.
+LEAD_MOVES: tuple[tuple[Tile, Tile], ...] = tuple(pairwise(_CORNERS))
+LEAD_T_F = 0.9
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
 
     Raises:
         ArmError: The arm stands outside the cell, or with another elbow or wrist: nothing moves.
-        WayError: A straight way home leads out of the box or near a singularity: nothing moves.
+        WayError: The way home leads out of the box or near a singularity: nothing moves.
     """
     q = np.array(loop.measured().q)
     pose = kinematics.forward(q, tool=workspace.cell.tool)
@@ -66,31 +72,63 @@ def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
         )
     tilt = float(np.linalg.norm(kinematics.rotation_vector(DOWN @ pose[:3, :3].T)))
     if tilt > _UPRIGHT:
-        loop.follow_joints(BoundedPath(q.tolist(), home.tolist(), pace.homing))
+        turn = BoundedPath(q.tolist(), home.tolist(), pace.homing)
+        _check_turn(turn, workspace)
+        loop.resume()
+        loop.follow_joints(turn)
         return
     goal = workspace.home_position()
     lifted = (float(tip[0]), float(tip[1]), max(float(tip[2]), goal[2]))
-    for start, end in ((tip.tolist(), lifted), (lifted, goal)):
+    ways = ((tip.tolist(), lifted), (lifted, goal))
+    for start, end in ways:
         workspace.check_way(start, end, near=q)
+    loop.resume()
+    for start, end in ways:
         loop.follow(BoundedPath(start, end, pace.approach), phase=record.HOME, radius=workspace.cell.radius)
 
 
-def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = 0.9, tries: int = 3) -> float:
+def _check_turn(turn: BoundedPath, workspace: Workspace) -> None:
+    q = np.array([turn.at(t)[0] for t in np.linspace(0.0, turn.duration, 60)])
+    for x, y, z in kinematics.forward(q, tool=workspace.cell.tool)[:, :3, 3]:
+        if not workspace.inside((x, y, z)):
+            raise WayError(
+                Flaw.OUT_OF_BOX,
+                f"the way home, by joints, leads through ({x:.3f}, {y:.3f}, {z:.3f}) m, outside the keep-inside box",
+            )
+
+
+def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = LEAD_T_F, tries: int = 3) -> float:
     """Return the lead, seconds, from four tile moves around the grid's centre, which end where they began.
 
     A round in which a cycle came late is made again, ``tries`` times at most: the most even one counts.
     """
-    row, col = CENTRE
-    round_trip = [(row, col), (row + 1, col), (row + 1, col + 1), (row, col + 1)]
     rounds: list[tuple[float, record.Telemetry]] = []
     while not rounds or (rounds[-1][0] > 1.5 * PERIOD and len(rounds) < tries):
         first = len(loop.record)
-        for start, end in zip(round_trip, round_trip[1:] + round_trip[:1], strict=True):
+        for start, end in LEAD_MOVES:
             path = TileMove(workspace.position(*start), workspace.position(*end), t_f)
             loop.follow(path, phase=record.IDENTIFY, radius=workspace.cell.radius)
         telemetry = loop.record.telemetry(first)
         rounds.append((float(np.diff(telemetry.time).max()), telemetry))
     return response_lead(min(rounds, key=lambda one: one[0])[1])
+
+
+def check_lead(lead: float, *, most: float) -> None:
+    """Refuse an arm whose answers are late all the time: the age of packets counts from the quickest, and shows none.
+
+    Args:
+        lead: The measured one, seconds.
+        most: The greatest allowed, seconds.
+
+    Raises:
+        ArmError: It is greater.
+    """
+    if lead > most:
+        raise ArmError(
+            Cause.SLOW_ANSWER,
+            f"the measured lead is {1e3 * lead:.0f} ms: so long after a command its effect is seen; "
+            f"{1e3 * most:.0f} ms are allowed (robot.max_lead_s)",
+        )
 
 
 def approach(loop: Loop, workspace: Workspace, tile: Tile, *, pace: Pace, here: Sequence[float]) -> None:
@@ -106,6 +144,7 @@ def run_session(
     moves: Sequence[PlannedMove],
     *,
     lead: float | None,
+    most_lead: float,
     pace: Pace,
     on_executed: Callable[[Executed], None],
 ) -> None:
@@ -116,16 +155,21 @@ def run_session(
         workspace: Where the tiles are.
         moves: The plan, which :func:`hrcneuro.robot.plan.check_paths` has passed.
         lead: Of the feed-forward, seconds; None: measured first.
+        most_lead: A measured lead above this ends the session before its first move, seconds.
         pace: Bounds and pauses.
         on_executed: Takes every executed move.
 
     Raises:
-        ArmError: The arm is not where it may start, or was stopped on the way.
+        ArmError: The arm is not where it may start, answers too slowly, or was stopped on the way.
     """
+    loop.lead = lead
     go_home(loop, workspace, pace=pace)
     tile = CENTRE
     approach(loop, workspace, tile, pace=pace, here=workspace.home_position())
-    loop.lead = find_lead(loop, workspace) if lead is None else lead
+    if lead is None:
+        loop.lead = find_lead(loop, workspace)
+        check_lead(loop.lead, most=most_lead)
+        loop.resume()
     due, motion, in_radius = -np.inf, None, pace.start_next == "in_radius"
     for index, move in enumerate(moves):
         here = workspace.position(*move.start)

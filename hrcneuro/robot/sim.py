@@ -8,6 +8,7 @@ from math import exp
 
 from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, Packet
 
+LEAD = 0.027  # seconds by which the arm trails its commands: a cycle of delay, the lag, half a cycle for the hold
 _SILENCE = 0.1  # seconds without a command after which the arm stops by itself, as speedj with t = 0.1 does
 
 

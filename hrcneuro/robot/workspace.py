@@ -15,9 +15,10 @@ import numpy as np
 from hrcneuro.paradigm.grid import CENTRE, SIZE, distance, neighbours
 from hrcneuro.robot import kinematics
 from hrcneuro.robot.cell import Cell, Position
-from hrcneuro.robot.limits import MAX_SPEED
+from hrcneuro.robot.limits import MAX_ANGLE, MAX_SPEED
 from hrcneuro.robot.minimum_jerk import minimum_jerk
 
+_SHARES = np.linspace(0.0, 1.0, 9)  # of a straight way, where it is looked at
 # The tool points down (−z); its x axis looks back at the arm.
 DOWN = np.diag([-1.0, 1.0, -1.0])
 
@@ -28,6 +29,7 @@ class Flaw(enum.Enum):
     NO_ROOM = enum.auto()  # the heights of tool and box contradict each other
     OUT_OF_BOX = enum.auto()
     OUT_OF_REACH = enum.auto()
+    OUT_OF_RANGE = enum.auto()  # of a joint
     SINGULAR = enum.auto()
 
 
@@ -99,8 +101,10 @@ class Workspace:
         Raises:
             WayError: With the place and what is wrong with it.
         """
+        if self._clear(start, end, near):
+            return
         q = near
-        for share in np.linspace(0.0, 1.0, 9):
+        for share in _SHARES:
             place = tuple((1 - share) * a + share * b for a, b in zip(start, end, strict=True))
             at = "({:.3f}, {:.3f}, {:.3f}) m".format(*place)
             if not self.inside(place):
@@ -126,22 +130,49 @@ class Workspace:
             ends: The same for the ends.
         """
         # All tiles lie in the box, and a box is convex: what is left is the joints, all ways at once.
-        share = np.linspace(0.0, 1.0, 9)[:, None]
-        first, last = (np.array([self.position(r, c) for r, c in tiles])[:, None] for tiles in (starts, ends))
-        guess, goal = (self.reach.q[tiles[:, 0], tiles[:, 1]][:, None] for tiles in (starts, ends))
-        targets = pose(first + share * (last - first))
+        first, last = (np.array([self.position(r, c) for r, c in tiles]) for tiles in (starts, ends))
+        guess, goal = (self.reach.q[tiles[:, 0], tiles[:, 1]] for tiles in (starts, ends))
+        return ~self._sound(first, last, guess, goal)
+
+    def _clear(self, start: Sequence[float], end: Sequence[float], near: np.ndarray) -> bool:
+        # The quick look, some milliseconds: an arm that stands at the start is watched by nobody meanwhile.
+        if not (self.inside(start) and self.inside(end)):
+            return False
+        first, last = np.asarray(start, float), np.asarray(end, float)
         try:
-            q = refine(guess + share * (goal - guess), targets, tool=self.cell.tool)
+            guess = kinematics.inverse(pose(first), near, tool=self.cell.tool)
+            goal = kinematics.inverse(pose(last), guess, tool=self.cell.tool)
+        except kinematics.Unreachable:
+            return False
+        return bool(self._sound(first[None], last[None], guess[None], goal[None])[0])
+
+    def _sound(self, first: np.ndarray, last: np.ndarray, guess: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        # Of straight ways between positions (ways, 3) with the joint angles there (ways, 6): whether the arm follows
+        # each of them clear of singularities, shape (ways,).
+        share = _SHARES[:, None]
+        targets = pose(first[:, None] + share * (last - first)[:, None])
+        try:
+            q = refine(guess[:, None] + share * (goal - guess)[:, None], targets, tool=self.cell.tool)
         except np.linalg.LinAlgError:
-            return np.ones(len(starts), bool)
+            return np.zeros(len(first), bool)
         off = np.abs(kinematics.pose_error(targets, kinematics.forward(q, tool=self.cell.tool))).max(axis=(1, 2))
         least = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)[..., -1].min(axis=1)
-        return np.asarray(~((off < 1e-9) & (least >= self.cell.min_singular_value)))
+        return np.asarray((off < 1e-9) & (least >= self.cell.min_singular_value))
 
     def home(self) -> np.ndarray:
-        """Return the joint angles of the home position above the grid's centre, shape (6,), radians."""
+        """Return the joint angles of the home position above the grid's centre, shape (6,), radians.
+
+        Raises:
+            CellError: The arm does not reach it, or a joint does not turn so far.
+        """
         above = pose(self.home_position())
-        return kinematics.inverse(above, self.reach.q[CENTRE], tool=self.cell.tool)
+        try:
+            q = kinematics.inverse(above, self.reach.q[CENTRE], tool=self.cell.tool)
+        except kinematics.Unreachable as error:
+            problem = f"the arm does not reach its home, {self.cell.home} m above the screen: {error}"
+            raise CellError(Flaw.OUT_OF_REACH, problem) from error
+        _check_range(q, "at home")
+        return q
 
     def home_position(self) -> Position:
         """Return the tip's home position above the grid's centre, (x, y, z) in ``base``, metres."""
@@ -196,6 +227,8 @@ class Workspace:
                     f"the arm does not reach tile ({row}, {col}), {np.hypot(x, y):.3f} m from its axis and "
                     f"{abs(z):.3f} m {'below' if z < 0 else 'above'} its base: {error}",
                 ) from error
+        for tile in order:
+            _check_range(q[tile], f"over tile {tile}")
         values = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)
         reach = Reach(q, values[..., -1], values[..., 0] / values[..., -1])
         row, col = np.unravel_index(int(np.argmin(reach.singular_value)), (SIZE, SIZE))
@@ -206,6 +239,16 @@ class Workspace:
                 f"{reach.singular_value[row, col]:.3f}; at least {self.cell.min_singular_value} is asked for",
             )
         return reach
+
+
+def _check_range(q: np.ndarray, place: str) -> None:
+    joint = int(np.argmax(np.abs(q)))
+    if abs(q[joint]) > MAX_ANGLE:
+        raise CellError(
+            Flaw.OUT_OF_RANGE,
+            f"{place} joint {joint + 1} would stand at {np.degrees(q[joint]):.0f}°; it turns to "
+            f"±{np.degrees(MAX_ANGLE):.0f}°",
+        )
 
 
 def pose(position: np.ndarray | tuple[float, ...]) -> np.ndarray:

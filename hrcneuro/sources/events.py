@@ -187,7 +187,8 @@ def _resolve(event_map: Mapping[str, str], have: Mapping[str, int], recording: R
         if not fits:
             missing.append(key)
     spare = [name for name in have if name not in names]
-    absent = ", ".join(f"{key!r}{_hint(key, spare)}" for key in missing)
+    recording.absent = {key: _hint(key, spare) for key in missing}
+    absent = ", ".join(f"{key!r}{hint}" for key, hint in recording.absent.items())
     if not names:
         raise ConfigError(
             f"acquire.event_map names markers that the recording does not have: {absent}; it has {listed(have)}",

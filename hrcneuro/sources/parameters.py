@@ -72,8 +72,17 @@ class Source:
         choices=("nominal", "measured"),
     )
     rate_tolerance: float = option(
-        0.01, "XDF: share by which the measured rate may differ before the nominal one is refused", low=0, high=1
+        0.01,
+        "XDF: share by which the measured rate may differ before the nominal one is refused",
+        low=0,
+        high=1,
+        share=True,
     )
+
+    @property
+    def moves(self) -> bool:
+        """Whether the trials are moves on the grid; those of any other recording are its events."""
+        return self.source != "file"
 
     @classmethod
     def reading(cls) -> tuple[str, ...]:

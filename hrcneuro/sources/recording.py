@@ -42,6 +42,7 @@ class Recording:
         notes: What a person may want to know of the reading, a sentence each.
         origins: Where it comes from, as far as that is known.
         warnings: What a person should be told at once, a sentence each.
+        absent: Markers that the study maps and that do not occur -> the nearest spelling, or an empty string.
     """
 
     data: np.ndarray
@@ -60,6 +61,7 @@ class Recording:
     notes: list[str] = field(default_factory=list)
     origins: Origins = UNKNOWN
     warnings: list[str] = field(default_factory=list)
+    absent: dict[str, str] = field(default_factory=dict)
 
     @property
     def duration_s(self) -> float:

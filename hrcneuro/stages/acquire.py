@@ -113,6 +113,16 @@ def inspect(config: Config, unit: str) -> dict[str, Any]:
     return view
 
 
+def look(config: Config, unit: str) -> tuple[dict[str, str], pd.DataFrame]:
+    """Return the mapped markers that a recording lacks, as :func:`absent_markers`, and its trials; writes nothing.
+
+    Raises:
+        DataError, ConfigError: It cannot be read, or the options do not fit it.
+    """
+    signals, table, _ = _read(config, unit)
+    return absent_markers(signals.absent), table
+
+
 def render(view: dict[str, Any]) -> str:
     """Return an inspection as text for a person."""
     from hrcneuro.sources import inspection
@@ -224,7 +234,15 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
         "reference": _reference(config) or "not stated",
         "without_position": lost,
         "notes": signals.notes,
+        "absent": list(absent_markers(signals.absent).items()),
     } | ({"warnings": signals.warnings} if signals.warnings else {})
+
+
+def absent_markers(absent: dict[str, str]) -> dict[str, str]:
+    """Return the markers that a recording lacks, by the option that names them, each in a few words."""
+    return {
+        f"acquire.event_map.{key}": f"the marker {key!r}{hint} of acquire.event_map" for key, hint in absent.items()
+    }
 
 
 STAGE = Stage(

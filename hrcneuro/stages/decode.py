@@ -72,11 +72,21 @@ class Config(Scheme):
     recipes: dict[str, Recipe] = option({}, "recipes of your own, [decode.recipes.NAME], beside the built-in ones")
     seed: int = option(2023, "seed of folds, draws and permutations", low=0)
 
+    @property
+    def known(self) -> dict[str, Recipe]:
+        """The built-in recipes and those of the configuration, by name."""
+        return {**BUILTIN, **self.recipes}
+
+    @property
+    def foreign(self) -> dict[str, Recipe]:
+        """The recipes that run and whose estimator is not of this program, by name."""
+        return {name: self.known[name] for name in self.decoders if self.known[name].foreign}
+
 
 def check(config: Config) -> list[str]:
     """Return what is contradictory in the section."""
     mistakes = []
-    known = {**BUILTIN, **config.recipes}
+    known = config.known
     for name in config.decoders:
         if name not in known:
             hint = did_you_mean(name, known)
@@ -97,6 +107,40 @@ def check(config: Config) -> list[str]:
     return mistakes
 
 
+def sources(config: Config, unit: str) -> dict[str, Path]:
+    """Return label -> the user's own Python files, whose content decides the result.
+
+    Raises:
+        ConfigError: One is not there.
+    """
+    from hrcneuro.analyses import estimators
+
+    found: dict[str, Path] = {}
+    for name, recipe in config.foreign.items():
+        if recipe.file:
+            file = Path(recipe.file)
+            if not file.is_file():
+                raise ConfigError(
+                    f"{file}, the file of {recipe.estimator}, does not exist", cure="correct [decode.recipes]"
+                )
+            found |= {f"{name}/{one}": path for one, path in estimators.files(file).items()}
+    return found
+
+
+def packages(config: Config) -> tuple[str, ...]:
+    """Return the installed distributions of estimators, whose version decides the result.
+
+    Raises:
+        ConfigError: An import path belongs to none.
+    """
+    from hrcneuro.analyses import estimators
+
+    with cured(_CURES):
+        return tuple(
+            sorted({estimators.distribution(one.estimator) for one in config.foreign.values() if not one.file})
+        )
+
+
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Decode every problem of one subject in each scenario.
 
@@ -106,26 +150,31 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """
     import numpy as np
 
+    from hrcneuro.analyses import estimators
     from hrcneuro.analyses.decode_subject import SubjectRows
-    from hrcneuro.decoding import crossval
+    from hrcneuro.decoding import crossval, patterns
     from hrcneuro.decoding import problem as problems
     from hrcneuro.decoding.decoders import Decoders
     from hrcneuro.eeg.selection import ALL
     from hrcneuro.io.tables import write_table
     from hrcneuro.io.trials import read_trials
+    from hrcneuro.tables.contrasts import CHANNELS, positions
 
     epochs = read_trials(inputs)
     table = epochs.table
     members, onsets_s = _members(config, table), _onsets(epochs)
+    absent = configured.absent(table, config.conditions, members)
     rows_of = SubjectRows(config.decoders[0])
+    rows_of.warnings += [f"no trial is of {text}" for text in absent.values()]
     if not config.problems:
         rows_of.warnings.append("no decoding problems are configured: nothing was decoded")
     with cured(_CURES):
         decoders = Decoders(
-            {name: {**BUILTIN, **config.recipes}[name] for name in config.decoders},
+            {name: config.known[name] for name in config.decoders},
             epochs_uv=lambda rows: epochs.data[rows],
             times_s=epochs.times,
             scheme=config,
+            foreign=estimators.makers(config.foreign, seed=config.seed),
         )
         for scenario, inside in configured.scenarios(table, config.split) or [(ALL, np.ones(len(table), bool))]:
             for name, (class1, class2) in config.problems.items():
@@ -140,11 +189,15 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
                 results = rows_of.begin(scenario, name, (class1, class2), trials, plan, table.iloc[rows])
                 if not plan.shuffled:
                     continue
-                for decoder, score, quick in decoders.of(rows):
+                seen = decoders.features_of(rows)
+                for decoder, score, quick in decoders.of(seen):
                     results.add(decoder, problems.decode(trials, plan, config, score, permute=quick), permuted=quick)
+                for found in patterns.of_problem(decoders, seen, trials.labels):
+                    results.add_patterns(found, epochs.info["ch_names"])
     for file, (schema, frame) in rows_of.tables().items():
         write_table(frame, out / file, schema)
-    return rows_of.summary()
+    write_table(positions(epochs.info), out / "channels.parquet", CHANNELS)
+    return rows_of.summary() | ({"absent": list(absent.items())} if absent else {})
 
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -217,6 +270,8 @@ STAGE = Stage(
     config=Config,
     libraries=("numpy", "scipy", "pandas", "mne", "pyarrow", "scikit-learn", "pyriemann"),
     check=check,
+    sources=sources,
+    packages=packages,
     subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
     group=Work(run_group, (Read("decode", ("scores.parquet",), Of.INCLUDED),)),
 )

@@ -34,7 +34,11 @@ class Config:
         open_low=True,
     )
     outlier_share: float = option(
-        0.1, "share of epochs rejected for their amplitude above which a subject is called an outlier", low=0, high=1
+        0.1,
+        "share of epochs rejected for their amplitude above which a subject is called an outlier",
+        low=0,
+        high=1,
+        share=True,
     )
 
 
@@ -51,10 +55,10 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     Raises:
         DataError: The trials do not fit the recording, there is no trial to cut, or no epoch is good.
     """
-    from hrcneuro.eeg.epochs import Window, candidates, cut, judge, tally
+    from hrcneuro.eeg.epochs import Window, candidates, cut, judge, largest, tags, tally
     from hrcneuro.io.fif import read_raw, read_samples, write_epochs
     from hrcneuro.io.tables import read_table
-    from hrcneuro.tables.epoch import write_conditions
+    from hrcneuro.tables.epoch import write_conditions, write_drop_log
 
     trials = candidates(read_table(inputs.path("acquire", "trials.parquet"))).reset_index(drop=True)
     if trials.empty:
@@ -77,6 +81,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             f"none of {len(kept)} epochs is good: {_listed(summary['reasons'])}",
             cure="look at quality.png of preprocess; epoch.reject_uv, epoch.tmin and epoch.tmax set the limits",
         )
+    peaks, rows = largest(data, onsets, window)
+    write_drop_log(trials, tags(trials), reasons, (1e6 * peaks, rows), raw.ch_names, out)
     pieces = cut(data, onsets[kept], window)
     del data
     write_epochs(_to_mne(pieces, raw, trials, onsets, reasons, window), out / f"{inputs.unit}_epo.fif")

@@ -83,8 +83,12 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     elif contrast_strata.stratified_contrasts(config) and config.strata:
         warnings.append("no strata: erp.overlap = 'regress' is offered for whole conditions only")
     gap = shortest_gap_s(trials.table)
+    maps = {(one.scenario, one.condition): mean for one, mean in zip(sets, means, strict=True)}
+    axes = {"channel": trials.info["ch_names"], "time_s": trials.times}
     return {
         "trials": group_contrasts.trial_counts(sets),
+        "absent": list(group_contrasts.absent(trials, config).items()),
+        "contrasts": group_contrasts.subject_peaks(maps, config, axes),
         "shortest_gap_s": None if gap != gap else gap,
         "warnings": warnings,
     }

@@ -70,8 +70,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         tables.write_magnitudes(every, counts, axes, out / "ersp_strata.parquet", tables.ERSP_STRATA_SUBJECT)
     write_table(tables.positions(trials.info), out / "channels.parquet", tables.CHANNELS)
     gap = shortest_gap_s(trials.table)
+    labels = {"channel": names, "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
     return {
         "trials": group_contrasts.trial_counts(sets),
+        "absent": list(group_contrasts.absent(trials, config).items()),
+        "contrasts": group_contrasts.subject_peaks(maps, config, labels),
         "frequencies_hz": list(wavelets.frequencies),
         "shortest_gap_s": None if gap != gap else gap,
         "warnings": warnings + lacking,

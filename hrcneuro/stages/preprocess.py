@@ -49,13 +49,19 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """
     from contextlib import ExitStack
 
+    import numpy as np
+
     from hrcneuro.eeg.cleaning import clean
+    from hrcneuro.eeg.spectrum import power_spectra
     from hrcneuro.io.fif import read_raw, write_raw
     from hrcneuro.tables import quality as files
 
     raw = read_raw(inputs.path("acquire", "{unit}_raw.fif"))
     signals = _signals(raw, config)
     n_source = signals.data.shape[1]
+    # Samples that are no numbers are refused below, with their place.
+    with np.errstate(invalid="ignore", over="ignore"):
+        recorded = power_spectra(signals.eeg, signals.sfreq, borders=signals.borders)
     with ExitStack() as stack:
         keep = stack.enter_context(files.Steps(out / "steps.npz")) if config.keep_steps else None
         with cured(_cures()):
@@ -64,6 +70,17 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
             keep.describe(signals, cleaned, _taps(config, raw.info["sfreq"]))
     files.write_quality(cleaned, signals, out)
     files.write_timing(cleaned, n_source, out)
+    borders = [cleaned.ratio.first(border) for border in signals.borders]
+    files.write_spectrum(
+        {
+            "recorded": (signals.eeg_names, *recorded),
+            "clean": (
+                [name for name, left_out in zip(signals.eeg_names, cleaned.dropped, strict=True) if not left_out],
+                *power_spectra(cleaned.eeg, cleaned.ratio.sfreq, borders=borders),
+            ),
+        },
+        out,
+    )
     write_raw(_clean_raw(raw, cleaned, config), out / f"{inputs.unit}_clean_raw.fif")
     return _summary(raw, signals, cleaned, config)
 
@@ -144,7 +161,8 @@ def _cures() -> Cures:
         refusals.AllBadError: (DataError, _LOOK),
         refusals.AllRejectedError: (
             DataError,
-            f"{_LOOK}; preprocess.bad_channels = 'none' keeps those rejected by kurtosis",
+            f"{_LOOK}; preprocess.bad_channels = 'none' keeps those rejected by kurtosis, preprocess.noisy = 'flag' "
+            "those that are noisy",
         ),
         refusals.NoPositionError: (
             DataError,
@@ -206,8 +224,20 @@ def _summary(raw: mne.io.BaseRaw, signals: Signals, cleaned: Cleaned, config: Co
         "interpolation": config.interpolation,
         "interpolated": [name for name, yes in zip(names, cleaned.interpolated, strict=True) if yes],
         "bad": {name: why for name, why in zip(names, cleaned.reason, strict=True) if why},
-        "warnings": [*cleaned.warnings, *_ahead(signals, cleaned, config)],
+        "noisy": {name: why for name, why in zip(names, cleaned.noise.reason, strict=True) if why},
+        "warnings": [*cleaned.warnings, *_apart(cleaned), *_ahead(signals, cleaned, config)],
     }
+
+
+def _apart(cleaned: Cleaned) -> list[str]:
+    """Return a sentence where too many channels go with no other for that to be noise."""
+    n = cleaned.noise.n_alone
+    if not n:
+        return []
+    return [
+        f"{n} of {len(cleaned.noise.reason)} EEG channels go with no other: too many for noise of single channels, so "
+        "none is called noisy by its correlation"
+    ]
 
 
 def _ahead(signals: Signals, cleaned: Cleaned, config: Config) -> list[str]:

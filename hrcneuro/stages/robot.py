@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro import interrupts
 from hrcneuro.arms.connection import Connection
-from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option
-from hrcneuro.errors import ConfigError, DataError, HardwareError, HrcError, StageError, StageInterrupted, cured
+from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option, params
+from hrcneuro.errors import ConfigError, DataError, cured
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
 from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     import pandas as pd
 
+    from hrcneuro.analyses.driven import Driven
     from hrcneuro.robot.backend import Backend, Clock
-    from hrcneuro.robot.loop import Loop, OnOnset
+    from hrcneuro.robot.loop import Loop, OnOnset, OnStop
     from hrcneuro.robot.plan import PlannedMove
-    from hrcneuro.robot.session import Executed
     from hrcneuro.robot.workspace import Workspace
 
 
@@ -43,10 +46,11 @@ class Config(Pace, Safety, Tracking, Durations, Selection, Connection):
         high=1e6,
     )  # fmt: skip
     rescue_folder: str = option(
-        "robot-stopped",
-        "where records of stopped sessions are kept, by subject and number",
+        "recordings",
+        "where what an arm did is kept, by subject and start; unnamed, in the working folder; nothing deletes it",
         path=True,
         keyed=False,
+        recordings=True,
     )
     cell: Cell = option(Cell(), "where table, screen and arm stand")
 
@@ -69,6 +73,16 @@ def check(config: Config) -> list[str]:
             "markers = 'lsl' with backend = 'sim': its clock is virtual and runs faster than any recording; allowed "
             "with ursim, ur and ros"
         )
+    if config.patient and config.backend not in ("sim", "ursim"):
+        # An address on loopback may be the near end of a tunnel to a real arm.
+        mistakes.append(
+            f"patient = true with backend = {config.backend!r}: a real arm is never driven on old packets; allowed "
+            "with ursim, whose controller is the session's own"
+        )
+    if not config.named_soundly:
+        mistakes.append(f"host = {config.host!r} is no address; allowed: a number such as 192.168.0.10, or a name")
+    if not config.rescue_folder:
+        mistakes.append("rescue_folder is empty; allowed: the name of a folder, such as recordings")
     return mistakes + _unsafe(config)
 
 
@@ -93,46 +107,77 @@ def sessions(config: Config) -> Sessions:
 def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Replay the subject's moves; write ``telemetry``, ``moves``, ``timing`` and ``reach.parquet``.
 
+    What an arm did, other than ``sim``, is a recording in ``rescue_folder``, of which these tables are a copy.
+
     Raises:
         DataError: The trial table holds no moves on the grid, or they do not hang together.
         ConfigError: The selection is empty, a tile is out of reach, a way leads near a singularity or out of the box,
-            or a duration breaks a joint's limit.
-        HardwareError: Another session drives the arm; it was stopped, and the record until then is in
+            a duration breaks a joint's limit, or a limit would stop the session on its way.
+        StageError: The disk has no room for the session, or its recording cannot be written.
+        HardwareError: Another session drives the arm; it was stopped, and what it did until then is in
             ``rescue_folder``; or the markers' stream cannot be opened.
     """
+    from hrcneuro.analyses.driven import Driven
     from hrcneuro.arms.cures import with_cure
+    from hrcneuro.arms.words import Words
     from hrcneuro.io.tables import read_table
     from hrcneuro.robot.plan import sampling_rate
-    from hrcneuro.robot.session import run_session
 
     trials = read_table(inputs.path("acquire", "trials.parquet"))
     moves, workspace = _plan(config, trials)
     rate = config.stim_rate_hz or sampling_rate(trials)
-    stamps: dict[int, float] = {}
-    executed: list[Executed] = []
-    loop: Loop | None = None
-    try:
-        with contextlib.ExitStack() as stack:
-            on_onset = _on_onset(config, inputs.unit, moves, stamps, stack)
-            loop = stack.enter_context(_loop(config, workspace, inputs.unit, on_onset, stack))
-            run_session(loop, workspace, moves, lead=config.lead_s, pace=config, on_executed=executed.append)
-    except BaseException as error:
-        reason = with_cure(error)
-        if loop is not None and loop.record.telemetry().command.any():
-            # The pipeline throws away what a failed stage wrote; of a session on an arm, nothing may be lost.
-            folder = Path(config.rescue_folder) / inputs.unit
-            kept = _rescue(folder, lambda place: _write(loop, executed, workspace, place, rate, stamps))
-            reason = _with_record(reason, f"{kept}; it ended {_reached(loop, moves)}")
-        if reason is error:
-            raise
-        raise reason from error
-    return _write(loop, executed, workspace, out, rate, stamps)
+    with interrupts.whole(), Words(f"robot {inputs.unit}") as words:
+        may_be_patient = config.backend == "ursim" and not config.patient
+        folder = Path(config.rescue_folder)
+        driven = Driven(inputs.unit, moves, workspace, rate, folder, words, may_be_patient=may_be_patient)
+        if config.backend != "sim":
+            driven.begin_recording(config, about=params(config), copy=out)
+        try:
+            _drive(config, driven)
+        except BaseException as error:
+            interrupts.hold()
+            reason = driven.stopped(with_cure(error, may_be_patient=may_be_patient))
+            if reason is error:
+                raise
+            raise reason from error
+        return driven.ended(out)
+
+
+def _drive(config: Config, driven: Driven) -> None:
+    """Drive the arm through the session; why it ends early is said at once, and whatever ends it leaves it at rest."""
+    from hrcneuro.robot.session import run_session
+
+    with contextlib.ExitStack() as stack:
+        # A pass of Python's collector over all that the libraries have loaded takes many cycles.
+        gc.collect()
+        gc.freeze()
+        stack.callback(gc.unfreeze)
+        on_onset = _on_onset(config, driven, stack)
+        arm, clock = _arm(config, driven.workspace, stack)
+        loop = _loop(
+            config, driven.workspace, arm, clock, on_onset=on_onset, on_stop=driven.tell_stop,
+            on_rest=driven.tell_rest, keeper=driven.fault,
+        )  # fmt: skip
+        driven.follow(stack.enter_context(loop))
+        interrupts.once(driven.tell_patience)
+        run_session(
+            loop,
+            driven.workspace,
+            driven.moves,
+            lead=config.lead_s,
+            most_lead=config.max_lead_s,
+            pace=config,
+            on_executed=driven.take,
+        )
+        # Driven to its end: from here on Ctrl-C waits until all is kept.
+        interrupts.hold(driven.tell_end())
 
 
 def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Workspace]:
     """Return the moves, all of which the arm can make, and where it makes them."""
     from hrcneuro.arms.cures import with_cure
     from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, select
+    from hrcneuro.robot.rehearsal import Foreseen, rehearse
     from hrcneuro.robot.workspace import CellError, Workspace
 
     foreign = "the robot stage replays the grid study only; leave it out for other paradigms"
@@ -152,89 +197,34 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
         workspace = Workspace(config.cell)
         check_durations(moves, workspace, acceleration=config.max_acceleration)
         check_paths(moves, workspace)
-    except (CellError, TooQuick) as error:
+        given = config.lead_s is not None
+        rehearse(moves, workspace, pace=config, lead_given=given, make_loop=partial(_rehearsed, config, workspace))
+    except (CellError, TooQuick, Foreseen) as error:
         raise with_cure(error) from error
     return moves, workspace
 
 
-def _rescue(folder: Path, write: Callable[[Path], object]) -> str:
-    """Write into the next numbered folder, so that no attempt overwrites another's record; return what became of it."""
-    place = folder
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        number = max([int(p.name) for p in folder.iterdir() if p.name.isdecimal()], default=0) + 1
-        place = folder / str(number)
-        place.mkdir()
-        write(place)
-    except Exception as flaw:
-        # What stopped the arm matters more.
-        return f"the record in {place} is not whole ({type(flaw).__name__}: {flaw})"
-    return f"the record is in {place}"
+def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock, on_stop: OnStop) -> Loop:
+    return _loop(config, workspace, arm, clock, on_stop=on_stop)
 
 
-def _reached(loop: Loop, moves: Sequence[PlannedMove]) -> str:
-    last = int(loop.record.telemetry().move.max())
-    if last < 0:
-        return "before the first move"
-    move = moves[last]
-    practice = "practice " if move.practice else ""
-    return f"in {practice}block {move.block}, episode {move.episode}, trial {move.trial}"
-
-
-def _with_record(error: BaseException, record: str) -> BaseException:
-    """Return the error with where the record is, and how to go on."""
-    anew = "the same command begins the session anew; robot.blocks and robot.episodes choose what is left of it"
-    if isinstance(error, KeyboardInterrupt):
-        return StageInterrupted(f"interrupted; {record}", cure=anew)
-    if isinstance(error, HrcError):
-        kind = HardwareError if isinstance(error, HardwareError) else StageError
-        return kind(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
-    if isinstance(error, Exception):
-        return StageError(f"{type(error).__name__}: {error}; {record}", cure=anew)
-    return error
-
-
-def _on_onset(
-    config: Config, subject: str, moves: Sequence[PlannedMove], stamps: dict[int, float], stack: contextlib.ExitStack
-) -> OnOnset | None:
+def _on_onset(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset | None:
     if config.markers != "lsl":
         return None
     from hrcneuro.live.markers import MarkerOutlet
 
-    outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {subject}"))
+    outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {driven.subject}"))
     if config.recorder_wait_s:
         outlet.wait(config.recorder_wait_s)
 
     def mark(age: Callable[[], float], move: int) -> None:
-        stamps[move] = outlet.send(moves[move].marker(subject), age)
+        driven.stamps[move] = outlet.send(driven.moves[move].marker(driven.subject), age)
 
     return mark
 
 
-def _write(
-    loop: Loop, executed: list[Executed], workspace: Workspace, out: Path, rate: float, stamps: dict[int, float]
-) -> dict[str, Any]:
-    from hrcneuro.io.tables import write_table
-    from hrcneuro.robot import measure
-    from hrcneuro.tables import robot as tables
-
-    telemetry = loop.record.telemetry()
-    tip = measure.tip(telemetry, tool=workspace.cell.tool)
-    measures = measure.measure_moves(executed, telemetry, tip, workspace)
-    measures |= measure.marker_timing(executed, rate=rate)
-    moves = tables.moves(executed, measures, stamps)
-    latencies = {name: measures[f"{name}_latency_ms"] for name in ("trigger", "marker", "stim")}
-    timing = measure.timing(telemetry, latencies, measures["behind_log_ms"])
-    columns = tables.telemetry(telemetry, tip, measure.commanded_angles(telemetry))
-    write_table(columns, out / "telemetry.parquet", tables.TELEMETRY)
-    write_table(moves, out / "moves.parquet", tables.MOVES)
-    write_table(tables.timing(timing), out / "timing.parquet", tables.TIMING)
-    write_table(tables.reach(workspace), out / "reach.parquet", tables.REACH)
-    return measure.summarise(telemetry, moves, stops=loop.stops, lead=loop.lead)
-
-
 def _loop(
-    config: Config, workspace: Workspace, subject: str, on_onset: OnOnset | None, stack: contextlib.ExitStack
+    config: Config, workspace: Workspace, arm: Backend, clock: Clock, *, keeper: Callable[[], str] = str, **told: Any
 ) -> Loop:
     from hrcneuro.robot.limits import Limits
     from hrcneuro.robot.loop import Loop
@@ -242,20 +232,19 @@ def _loop(
     from hrcneuro.robot.tracking import ResolvedRate
     from hrcneuro.robot.workspace import DOWN
 
-    arm, clock = _arm(config, workspace, subject, stack)
     tool = config.cell.tool
     return Loop(
         arm,
         clock,
         law=ResolvedRate(config, tool=tool, orientation=DOWN.tolist()),
         limits=Limits(config, box=workspace.box, tool=tool),
-        supervisor=Supervisor(config),
+        supervisor=Supervisor(config, keeper=keeper),
         stop=config.stop,
-        on_onset=on_onset,
+        **told,
     )
 
 
-def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
+def _arm(config: Config, workspace: Workspace, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
     if config.backend == "sim":
         from hrcneuro.robot.sim import SimArm, VirtualClock
 
@@ -266,8 +255,8 @@ def _arm(config: Config, workspace: Workspace, subject: str, stack: contextlib.E
     from hrcneuro.arms.lock import exclusive
 
     if config.there_once:
-        stack.enter_context(exclusive(config.backend, config.host, subject))
-    arm, clock = connect(config.backend, host=config.host, driver=config.driver)
+        stack.enter_context(exclusive(config.backend, config.host))
+    arm, clock = connect(config.backend, host=config.host, driver=config.driver, max_delay=config.max_lead_s)
     stack.callback(clock.restore_priority)
     return arm, clock
 
@@ -280,4 +269,5 @@ STAGE = Stage(
     check=check,
     subject=Work(run, (Read("acquire", ("trials.parquet",)),)),
     sessions=sessions,
+    moves=True,
 )

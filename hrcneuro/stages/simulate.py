@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import published
-from hrcneuro.contract import Inputs, Of, Parts, Read, Reads, Stage, Work, option
-from hrcneuro.errors import did_you_mean
+from hrcneuro.contract import Inputs, Of, Read, Reads, Stage, Sweep, Work, option
 from hrcneuro.learning.grid import LIMITS
 from hrcneuro.learning.params import LEARNERS, LearnerParams, RateParams, TaskParams, values_of
 
@@ -30,6 +29,10 @@ WIDE_SWEEP: dict[str, tuple[float, ...]] = {
     "events": (5.0, 10.0, 20.0),
     "period": (0.0, 20.0, 40.0),
 }
+# Ten times the wide one.
+MOST_CELLS = 100_000
+# So many take minutes, and are told before they start.
+MANY_CELLS = 1000
 # More than any machine's workers, few enough that each part is worth a process.
 SWEEP_PARTS = 16
 SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
@@ -59,7 +62,9 @@ class Config(LearnerParams, TaskParams, RateParams):
     )
     confound: bool = option(True, "also learn from a decoder that answers to errors")
     sweep: dict[str, tuple[float, ...]] = option(
-        {}, "axis -> values of the design sweep: accuracy (%), subtasks, chosen, alpha, tau, events, period (0: never)"
+        {},
+        "axis -> values of the design sweep: accuracy (%), subtasks, chosen, alpha, tau, events, period (0: never)",
+        keys={axis: limits._asdict() for axis, limits in LIMITS.items()},
     )
     sweep_learner: str = option("paper", "who learns in the sweep", choices=LEARNERS)
     sweep_repetitions: int = option(100, "restarts a cell of the sweep", low=2, high=100_000)
@@ -92,16 +97,9 @@ def check(config: Config) -> list[str]:
 
 def _check_sweep(config: Config) -> list[str]:
     mistakes = []
-    for axis, values in config.sweep.items():
-        if axis not in LIMITS:
-            mistakes.append(f"sweep.{axis}{did_you_mean(axis, LIMITS)} is no axis; allowed: {', '.join(LIMITS)}")
-            continue
-        low, high, whole = LIMITS[axis]
-        wrong = [v for v in values if not low <= v <= high or (whole and v != int(v))]
-        if wrong or not values:
-            kind = "whole numbers" if whole else "numbers"
-            mistakes.append(f"sweep.{axis} = {list(values)}; allowed: {kind} from {low:g} to {high:g}, at least one")
-    if not mistakes and "chosen" in config.sweep:
+    if cells(config) > MOST_CELLS:
+        mistakes.append(f"sweep has {_size(config)}; allowed: up to {MOST_CELLS:,} cells; name fewer values")
+    if "chosen" in config.sweep:
         subtasks = config.sweep.get("subtasks", (config.subtasks,))
         if min(config.sweep["chosen"]) >= max(subtasks):
             mistakes.append(
@@ -111,10 +109,28 @@ def _check_sweep(config: Config) -> list[str]:
     return mistakes
 
 
+def cells(config: Config) -> int:
+    """Return the number of cells of the sweep; 0 without one."""
+    return math.prod(len(values) for values in config.sweep.values()) if config.sweep else 0
+
+
+def _size(config: Config) -> str:
+    return f"{cells(config):,} cells ({' × '.join(f'{axis} {len(values):,}' for axis, values in config.sweep.items())})"
+
+
+def notes(config: Config) -> list[str]:
+    """Return how large the sweep is, where it is large."""
+    if cells(config) < MANY_CELLS:
+        return []
+    return [
+        f"the sweep has {_size(config)}, each of {config.sweep_repetitions:,} repetitions of {config.episodes:,} "
+        "episodes; finished parts of it are kept: after Ctrl-C the same command goes on"
+    ]
+
+
 def parts(config: Config) -> tuple[str, ...]:
     """Return the units that a sweep is cut into; none without a sweep. Results do not depend on their number."""
-    cells = math.prod(len(values) for values in config.sweep.values()) if config.sweep else 0
-    return tuple(f"sweep-{i + 1:02d}" for i in range(min(cells, SWEEP_PARTS)))
+    return tuple(f"sweep-{i + 1:02d}" for i in range(min(cells(config), SWEEP_PARTS)))
 
 
 def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -129,8 +145,25 @@ def run_part(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     return {"cells": len(table)}
 
 
+def run_sweep(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Join the parts of the sweep and tell how good a decoder must be; write sweep.parquet and needed.parquet."""
+    import pandas as pd
+
+    from hrcneuro.analyses.sweep import needed_rows
+    from hrcneuro.analyses.sweep import summary as told
+    from hrcneuro.io.tables import read_table, write_table
+    from hrcneuro.tables.simulate import NEEDED, SWEEP
+
+    tables = [read_table(inputs.path("simulate", "sweep.parquet", unit=unit)) for unit in parts(config)]
+    table = pd.concat([t for t in tables if len(t)], ignore_index=True)
+    rows = needed_rows(table, config.episodes)
+    write_table(table, out / "sweep.parquet", SWEEP)
+    write_table(rows, out / "needed.parquet", NEEDED)
+    return told(table, rows, config)
+
+
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
-    """Run SIM1-4, compare learners, show the confound, sweep where asked to; write their tables.
+    """Run SIM1-4, compare learners, show the confound; write their tables.
 
     Raises:
         DataError: This run's decode artifacts lack what ``rates`` asks for.
@@ -157,9 +190,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         _compare_learners(variants, config, out)
     if config.confound:
         _learn_from_errors(decoders, config, out)
-    if config.sweep:
-        _join_parts(config, inputs, out)
-    return summary(variants, curves)
+    return summary(variants, curves) | {"milestones": learning_curves.milestone_summary(marks)}
 
 
 def _compare_learners(variants: Sequence[Variant], config: Config, out: Path) -> None:
@@ -185,16 +216,6 @@ def _learn_from_errors(decoders: Empirical, config: Config, out: Path) -> None:
         variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
     )
     write_table(curve_rows(variants, curves).drop(columns="simulation"), out / "confound.parquet", CONFOUND)
-
-
-def _join_parts(config: Config, inputs: Inputs, out: Path) -> None:
-    import pandas as pd
-
-    from hrcneuro.io.tables import read_table, write_table
-    from hrcneuro.tables.simulate import SWEEP
-
-    tables = [read_table(inputs.path("simulate", "sweep.parquet", unit=unit)) for unit in parts(config)]
-    write_table(pd.concat([t for t in tables if len(t)], ignore_index=True), out / "sweep.parquet", SWEEP)
 
 
 def summary(variants: Sequence[Variant], curves: Sequence[Curve]) -> dict[str, Any]:
@@ -250,5 +271,7 @@ STAGE = Stage(
     libraries=("numpy", "scipy", "pandas", "pyarrow"),
     check=check,
     group=Work(run_group, _group_reads),
-    parts=Parts(parts, run_part),
+    sweep=Sweep(parts, run_part, run_sweep, options=("sweep", "sweep_learner", "sweep_repetitions")),
+    notes=notes,
+    moves=True,
 )

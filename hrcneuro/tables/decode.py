@@ -1,4 +1,4 @@
-"""The tables of decode: a subject's folds, held-out predictions, scores and strata; Table 2 and the group's tests."""
+"""The tables of decode: a subject's folds, scores, ROC, patterns and others; Table 2 and the group's tests."""
 
 from __future__ import annotations
 
@@ -45,6 +45,34 @@ PREDICTIONS = Table(
         "trial": Column("int", "", "the trial's key: trial in the episode"),
         "label": Column("int", "", "1 takeover (class 2), 0 not (class 1)"),
         "score": Column("float", "", "discriminant, positive where takeover is decided"),
+    },
+)
+ROC = Table(
+    1,
+    "one row a scenario, problem, decoder and false positive rate: the mean of the folds' ROC curves",
+    {
+        **_KEY,
+        "fpr": Column("float", "%", "held-out trials of class 1 taken for takeovers"),
+        "tpr": Column("float", "%", "held-out takeovers found at that rate; the curve's area is auc of scores.parquet"),
+    },
+)
+PATTERNS = Table(
+    1,
+    "one row a scenario, problem, linear decoder, channel and feature; decoders fitted to all trials of the problem",
+    {
+        **_KEY,
+        "channel": Column("category", "", "EEG channel"),
+        "measure": Column("category", "", "mean of the channel, or theta, alpha, beta: its power in the band"),
+        "unit": Column("category", "", "unit of the feature and of the pattern: µV, or dB of power"),
+        "start_s": Column("float", "s", "start of the feature's window, from the onset"),
+        "end_s": Column("float", "s", "its end"),
+        "weight": Column("float", "", "the decoder's weight; not to be read as a place in the brain"),
+        "pattern": Column(
+            "float",
+            "",
+            "covariance with the score over the score's SD: what goes with one SD towards takeover, in the unit of the "
+            "row (doi:10.1016/j.neuroimage.2013.10.067)",
+        ),
     },
 )
 STRATA = Table(

@@ -105,7 +105,7 @@ CONFOUND = Table(
     },
 )
 SWEEP = Table(
-    1,
+    2,
     "one row a cell of the grid",
     {
         "events": Column("int", "", "events in an episode"),
@@ -122,5 +122,23 @@ SWEEP = Table(
         "minutes_2s": Column("float", "min", "time until then at 2 s a trial"),
         "final": Column("float", "", "choice accuracy after the last episode"),
         "final_half_width": Column("float", "", "half the width of its 95 % band"),
+        "in_time_1s": Column("float", "", "choice accuracy after the last episode within 10 min at 1 s a trial"),
+        "in_time_1s_half_width": Column("float", "", "half the width of its 95 % band"),
+        "in_time_2s": Column("float", "", "the same at 2 s a trial"),
+        "in_time_2s_half_width": Column("float", "", "half the width of its 95 % band"),
+    },
+)
+NEEDED = Table(
+    1,
+    "one row a cell of the grid without its accuracy, and duration of a trial",
+    {
+        **{name: SWEEP.columns[name] for name in ("events", "subtasks", "chosen", "period", "alpha", "tau")},
+        "trial_s": Column("float", "s", "duration of a trial"),
+        "episode": Column("int", "", "by which 80 % are asked for: the last within 10 min; of all where tasks change"),
+        "accuracy": Column("float", "%", "smallest accuracy that is enough, missing where none that was swept is"),
+        "low": Column("float", "%", "lower edge of its 95 % Monte-Carlo band, inside what was swept"),
+        "high": Column("float", "%", "upper edge, missing where it lies above what was swept"),
+        "below": Column("float", "%", "swept value just below, missing where the smallest is enough"),
+        "above": Column("float", "%", "swept value just above, missing where none is enough"),
     },
 )

@@ -9,26 +9,36 @@ from typing import Any
 
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import CYCLE, MAX_ANGLE
-from hrcneuro.ur10.controller import Controller, Watchdog
+from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.functions import one_liners
+from hrcneuro.ur10.modes import Notice
 from hrcneuro.ur10.motion import Motion, MoveC, MoveJ, MoveL, ServoJ, SpeedJ, SpeedL, StopJ, StopL
+from hrcneuro.ur10.programs import Watchdog
+from hrcneuro.ur10.remote import Remote
+from hrcneuro.ur10.sockets import Sockets
+from hrcneuro.ur10.talk import Talk
 from hrcneuro.ur10.urscript import library
 from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Pose, Routine
+from hrcneuro.ur10.urscript.signatures import Signatures
+from hrcneuro.ur10.urscript.values import Values
 
 Vector = Sequence[float]
 
-_TAKE_TIME = """movej movel movep movec speedj speedl servoj servoc stopj stopl sync sleep popup teach_mode"""
+_TAKE_TIME = """movej movel movep movec speedj speedl servoj servoc stopj stopl stop_conveyor_tracking sync sleep popup
+teach_mode socket_open socket_read_binary_integer socket_read_byte_list socket_read_ascii_float socket_read_string
+socket_read_line socket_get_var"""
 BLOCKING = frozenset(_TAKE_TIME.split())
 _ENDLESS = 1e9
+_STOPPED_BY_PROGRAM = 209  # C209A0 in UR's list of error codes
 _INVERSE = 100  # turns of a loop that the inverse kinematics weighs
 
 
 class Commands:
     """The functions of one controller."""
 
-    def __init__(self, controller: Controller) -> None:
-        """Bind to ``controller`` and hand it the functions."""
+    def __init__(self, controller: Controller, sockets: Sockets | None = None) -> None:
+        """Bind to ``controller`` and hand it the functions; programs talk through ``sockets``, which end with them."""
         self._c = controller
         self._random = Random(1)
         functions: dict[str, Callable[..., Any]] = dict(library.FUNCTIONS)
@@ -36,7 +46,13 @@ class Commands:
             if not name.startswith("_"):
                 functions[name] = getattr(self, name)
         functions.update(one_liners(controller))
-        controller.functions = functions
+        sockets = sockets or Sockets()
+        functions.update(Talk(controller, sockets).functions())
+        functions.update(Remote(controller, sockets).functions())
+        # What translated code calls, but no script by name.
+        functions["_label"] = lambda number, text: controller.say(Notice("label", text, number=number))
+        controller.programs.functions = functions
+        controller.at_end.append(sockets.close_all)
 
     # --- moves --------------------------------------------------------------------------------------------------
 
@@ -91,12 +107,19 @@ class Commands:
         """Decelerate the tool to rest."""
         yield from self._follow(StopL(a, aRot))
 
+    def stop_conveyor_tracking(self, a: float = 20.0) -> Routine:
+        """Decelerate the joints to rest."""
+        yield from self._follow(StopJ(_positive(a)))
+
     def sync(self) -> Routine:
         """Give the rest of the cycle away."""
         yield
 
     def sleep(self, t: float) -> Routine:
         """Wait for a number of seconds, on the controller's clock."""
+        program = self._c.running
+        if t > 0.0 and program is not None and program.secondary:
+            yield  # however short it is, a secondary program has no time for it
         until = self._c.now + min(max(t, 0.0), _ENDLESS)
         while self._c.now < until - 0.5 * CYCLE:
             yield
@@ -114,8 +137,14 @@ class Commands:
 
     def _follow(self, motion: Motion) -> Routine:
         while not motion.done:
-            self._c.drive(motion)
-            yield
+            yield from self._drive(motion)
+
+    def _drive(self, motion: Motion) -> Routine:
+        # Others run beside a motion in a critical section: UR's external control program cancels moves so.
+        self._c.drive(motion)
+        program = self._c.running
+        assert program is not None
+        yield from program.give_way()
 
     def _at_rest(self) -> Routine:
         # A move starts at rest: what still moves is stopped first.
@@ -126,9 +155,11 @@ class Commands:
         if t is None:
             yield from self._follow(motion)
             return
-        for _ in range(max(1, round(min(float(t), _ENDLESS) / CYCLE))):
-            self._c.drive(motion)
-            yield
+        left = float(max(1, round(min(float(t), _ENDLESS) / CYCLE)))  # cycles at full speed
+        while left > 1e-9:
+            yield from self._drive(motion)
+            # The slider slows a velocity's time, too: the way is the same. A servo goal is a place, not a way.
+            left -= 1.0 if isinstance(motion, ServoJ) else self._c.slider
 
     # --- targets ------------------------------------------------------------------------------------------------
 
@@ -195,7 +226,7 @@ class Commands:
 
     def protective_stop(self) -> None:
         """Trigger a protective stop."""
-        self._c.protective_stop("triggered by the program")
+        self._c.protective_stop("triggered by the program", _STOPPED_BY_PROGRAM)
 
     def powerdown(self) -> None:
         """Take the power from the arm."""
@@ -205,20 +236,28 @@ class Commands:
         """Return a number between 0 and 1; the same ones on every start."""
         return self._random.random()
 
+    def position_deviation_warning(self, enabled: bool, threshold: float = 0.8) -> None:
+        """Write to the log where the joints leave their targets by more than a share of what stops the arm."""
+        if type(threshold) not in (int, float) or not 0.0 <= threshold <= 1.0:
+            raise ScriptError(f"runtime error: a threshold is a share, 0 … 1, not {library.text(threshold)[:80]}")
+        self._c.warns_above = float(threshold) if Values.boolean(enabled) else None
+
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
         """Watch how often an RTDE input is written."""
         c = self._c
+        action = library.text(action).lower()  # the script manual writes "pause"; UR's own program, "PAUSE"
         if action == "ignore" or min_frequency <= 0.0:
-            c.watchdogs.pop(variable_name, None)
+            c.programs.watchdogs.pop(variable_name, None)
             return
         if action not in ("pause", "stop"):
             raise ScriptError(f"runtime error: rtde_set_watchdog: no action {action!r}")
-        c.watchdogs[variable_name] = Watchdog(variable_name, 1.0 / min_frequency, action, c.now)
+        c.programs.watchdogs[variable_name] = Watchdog(variable_name, 1.0 / min_frequency, action, c.now)
 
 
-def compile_names(controller: Controller) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the names of a controller's built-in functions: those that return at once, those that take time."""
-    return frozenset(controller.functions) - BLOCKING, BLOCKING & frozenset(controller.functions)
+def compile_names(controller: Controller) -> tuple[frozenset[str], frozenset[str], Signatures]:
+    """Return the built-in functions: names of those that return at once and that take time, and the parameters."""
+    functions = {name: f for name, f in controller.programs.functions.items() if not name.startswith("_")}
+    return frozenset(functions) - BLOCKING, BLOCKING & frozenset(functions), Signatures(functions)
 
 
 def _six(values: Any) -> list[float]:

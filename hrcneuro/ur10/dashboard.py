@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import PurePosixPath
 from typing import ClassVar
 
-from hrcneuro.ur10.controller import (
-    EMERGENCY,
-    IDLE,
-    NORMAL,
-    POWER_OFF,
-    POWER_ON,
-    PROTECTIVE,
-    RUNNING,
-    SAFEGUARD,
-    Controller,
-)
+from hrcneuro.ur10.controller import Controller
+from hrcneuro.ur10.modes import EMERGENCY, IDLE, NORMAL, POWER_OFF, POWER_ON, PROTECTIVE, RUNNING, SAFEGUARD
 from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Compiled
 
 WELCOME = "Connected: Universal Robots Dashboard Server\n"
 _LONGEST = 8192
+_SERIAL = "20183000000"
+_ALWAYS = (3, 0)
 _ROBOT_MODES = {POWER_OFF: "POWER_OFF", POWER_ON: "POWER_ON", IDLE: "IDLE", RUNNING: "RUNNING"}
 _SAFETY_MODES = {
     NORMAL: "NORMAL", PROTECTIVE: "PROTECTIVE_STOP", SAFEGUARD: "SAFEGUARD_STOP", EMERGENCY: "ROBOT_EMERGENCY_STOP"
@@ -29,18 +22,20 @@ _SAFETY_MODES = {
 
 
 class DashboardSession:
-    """One connection; programs that can be loaded come from ``programs``, a mapping of file names to scripts."""
+    """One connection; ``programs`` are what can be loaded, scripts by file name, ``refused`` why other files cannot."""
 
     def __init__(
         self,
         controller: Controller,
         send: Callable[[bytes], None],
         *,
-        programs: dict[str, str],
+        programs: Mapping[str, str],
         compile: Callable[[str], Compiled],
+        refused: Mapping[str, str] | None = None,
     ) -> None:
         """Welcome the client."""
         self._c, self._send, self._programs, self._compile = controller, send, programs, compile
+        self._refused = refused or {}
         self._buffer = b""
         self._role = ""
         self.closed = False
@@ -60,8 +55,8 @@ class DashboardSession:
 
     def _answer(self, text: str) -> str:
         low = text.lower()
-        for name, handler in self._COMMANDS.items():
-            if low == name or low.startswith(name + " "):
+        for name, (handler, since) in self._COMMANDS.items():
+            if (low == name or low.startswith(name + " ")) and self._c.version[:2] >= since:
                 return handler(self, text[len(name) :].strip())
         return f"could not understand: {text}"
 
@@ -69,6 +64,8 @@ class DashboardSession:
         if not argument:
             return "File not found: "
         name = PurePosixPath(argument).name
+        if name in self._refused:
+            return f"Error while loading program: {argument}: {self._refused[name]}"
         if name not in self._programs:
             return f"File not found: {argument}"
         try:
@@ -83,7 +80,7 @@ class DashboardSession:
         c = self._c
         if c.program is not None and c.resume():
             return "Starting program"
-        if c.loaded not in self._programs or c.robot_mode != RUNNING or c.safety_mode != NORMAL:
+        if c.loaded not in self._programs or not c.ready:
             return "Failed to execute: play"
         c.start(self._compile(self._programs[c.loaded]))
         return "Starting program"
@@ -111,6 +108,9 @@ class DashboardSession:
 
     def _safety_mode(self, argument: str) -> str:
         return f"Safetymode: {_SAFETY_MODES[self._c.safety_mode]}"
+
+    def _safety_status(self, argument: str) -> str:
+        return f"Safetystatus: {_SAFETY_MODES[self._c.safety_mode]}"
 
     def _program_state(self, argument: str) -> str:
         name = self._c.loaded or "<unnamed>"
@@ -181,24 +181,39 @@ class DashboardSession:
         return "UR10"
 
     def _serial(self, argument: str) -> str:
-        return "20183000000"
+        return _SERIAL
 
-    def _remote(self, argument: str) -> str:
-        # The CB series has no remote control mode.
-        return "could not understand: is in remote control"
+    def _save_log(self, argument: str) -> str:
+        return "Log saved to disk"
+
+    def _flight_report(self, argument: str) -> str:
+        if argument.lower() not in ("", "controller", "software", "system"):
+            return f"Failed to execute: generate flight report {argument}"
+        self._c.tell("text", f"Flight report: {argument or 'system'}")
+        return f"Flight Report generated with id: {int(self._c.now * 1000)}"
+
+    def _support_file(self, argument: str) -> str:
+        # Nothing is written: the controller has no disk that a client could read.
+        return f"Completed successfully: ur_{_SERIAL}.zip" if argument else "Failed to execute: generate support file"
 
     def _installation(self, argument: str) -> str:
         return f"Loading installation: {argument}" if argument else "File not found: "
 
-    # Longest names first where one is the beginning of another.
-    _COMMANDS: ClassVar[dict[str, Callable[[DashboardSession, str], str]]] = {
-        "load installation": _installation, "load": _load, "play": _play, "stop": _stop, "pause": _pause,
-        "quit": _quit, "shutdown": _shutdown, "running": _running, "robotmode": _robot_mode,
-        "get loaded program": _loaded, "popup": _popup, "close popup": _close_popup,
-        "close safety popup": _close_safety_popup, "addtolog": _log, "isprogramsaved": _saved,
-        "programstate": _program_state, "polyscopeversion": _version, "setuserrole": _set_role,
-        "getuserrole": _get_role, "power on": _power_on, "power off": _power_off, "brake release": _brake_release,
-        "safetymode": _safety_mode, "safetystatus": _safety_mode, "unlock protective stop": _unlock,
-        "restart safety": _restart_safety, "get robot model": _model, "get serial number": _serial,
-        "is in remote control": _remote,
+    # Longest names first where one is the beginning of another; with the first software that has the command. Of
+    # safetystatus UR's list does not say: it is taken to have come with the status itself. Model and serial number,
+    # which came with 3.12, are told at any time: clients ask for them to know what they talk to.
+    _COMMANDS: ClassVar[dict[str, tuple[Callable[[DashboardSession, str], str], tuple[int, int]]]] = {
+        "load installation": (_installation, (3, 2)), "load": (_load, _ALWAYS), "play": (_play, _ALWAYS),
+        "stop": (_stop, _ALWAYS), "pause": (_pause, _ALWAYS), "quit": (_quit, _ALWAYS),
+        "shutdown": (_shutdown, _ALWAYS), "running": (_running, _ALWAYS), "robotmode": (_robot_mode, _ALWAYS),
+        "get loaded program": (_loaded, _ALWAYS), "popup": (_popup, _ALWAYS), "close popup": (_close_popup, _ALWAYS),
+        "close safety popup": (_close_safety_popup, (3, 1)), "addtolog": (_log, _ALWAYS),
+        "isprogramsaved": (_saved, _ALWAYS), "programstate": (_program_state, _ALWAYS),
+        "polyscopeversion": (_version, _ALWAYS), "setuserrole": (_set_role, _ALWAYS),
+        "getuserrole": (_get_role, _ALWAYS), "power on": (_power_on, _ALWAYS), "power off": (_power_off, _ALWAYS),
+        "brake release": (_brake_release, _ALWAYS), "safetymode": (_safety_mode, _ALWAYS),
+        "safetystatus": (_safety_status, (3, 10)), "unlock protective stop": (_unlock, (3, 1)),
+        "restart safety": (_restart_safety, (3, 7)), "get robot model": (_model, _ALWAYS),
+        "get serial number": (_serial, _ALWAYS), "generate flight report": (_flight_report, (3, 13)),
+        "generate support file": (_support_file, (3, 13)), "savelog": (_save_log, (3, 13)),
     }  # fmt: skip

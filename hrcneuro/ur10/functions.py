@@ -1,19 +1,26 @@
 """URScript's built-in functions of a line each: state, payload, registers, inputs and outputs.
 
-``one_liners`` gathers them for a controller; each group below is the functions of one thing.
+``one_liners`` gathers them for a controller; each group below is the functions of one thing. Parameters have the script
+manual's names: programs may write them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import Any
 
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import CYCLE, ZERO, Arm
+from hrcneuro.ur10.configuration import configuration
 from hrcneuro.ur10.controller import Controller
-from hrcneuro.ur10.memory import Bank, Io, Memory
+from hrcneuro.ur10.conveyor import conveyor
+from hrcneuro.ur10.fieldbus import fieldbus
+from hrcneuro.ur10.memory import FLAGS, Bank, Io, Memory
 from hrcneuro.ur10.urscript.lexer import ScriptError
+from hrcneuro.ur10.urscript.library import text
 from hrcneuro.ur10.urscript.runtime import Pose, Routine
+from hrcneuro.ur10.urscript.values import Values, index
 
 Vector = Sequence[float]
 Functions = dict[str, Callable[..., Any]]
@@ -29,12 +36,23 @@ def one_liners(controller: Controller) -> Functions:
         **_registers(memory.inputs, memory.outputs),
         **_digital(memory.io),
         **_analog(memory.io),
+        **_flags(memory.flags),
+        **configuration(memory.io),
+        **conveyor(memory.encoders),
+        **fieldbus(memory),
     }
 
 
 def _state(arm: Arm) -> Functions:
     def tip() -> list[float]:
         return arm.pose()[:3]
+
+    def past(steps: int = 0) -> list[float]:
+        return list(arm.history[-1 - index(steps, len(arm.history))])
+
+    def joint_temperature(j: int) -> float:
+        index(j, 6)
+        return 30.0
 
     return {
         "get_actual_joint_positions": lambda: list(arm.q), "get_joint_positions": lambda: list(arm.q),
@@ -49,9 +67,15 @@ def _state(arm: Arm) -> Functions:
         "get_actual_tcp_speed": lambda: geometry.twist(arm.q, arm.qd, tip()),
         "get_target_tcp_speed": lambda: geometry.twist(arm.target_q, arm.target_qd, arm.target_pose()[:3]),
         "get_tcp_offset": lambda: Pose(arm.tcp),
-        "get_joint_temp": lambda j: 30.0, "get_controller_temp": lambda: 35.0, "get_tool_current": lambda: 0.0,
+        "get_actual_joint_positions_history": past,
+        "get_joint_temp": joint_temperature, "get_controller_temp": lambda: 35.0, "get_tool_current": lambda: 0.0,
+        "get_tool_accelerometer_reading": arm.accelerometer,
+        # The real arm's joints stay where they are: one that PolyScope only shows would be set, and a joint without
+        # end would count its turns anew.
+        "set_pos": lambda q: _check_numbers(q, 6),
+        "reset_revolution_counter": lambda qNear=ZERO: _check_numbers(qNear, 6),
         "get_steptime": lambda: CYCLE,
-        "is_steady": lambda: arm.at_rest,
+        "is_steady": lambda: arm.steady,
     }  # fmt: skip
 
 
@@ -60,39 +84,48 @@ def _payload(memory: Memory) -> Functions:
         memory.payload = float(m)
         memory.cog = list(cog or memory.cog)
 
+    def set_target_payload(m: float, cog: Vector, inertia: Vector = ZERO, transition_time: float = 0.0) -> None:
+        set_payload(m, cog)
+        memory.inertia = list(inertia)
+
     return {
-        "set_payload": set_payload,
-        "set_payload_mass": lambda m: set_payload(m), "set_payload_cog": lambda cog: set_payload(memory.payload, cog),
+        "set_payload": set_payload, "set_target_payload": set_target_payload,
+        "set_payload_mass": lambda m: set_payload(m), "set_payload_cog": lambda CoG: set_payload(memory.payload, CoG),
         "get_target_payload": lambda: memory.payload, "get_target_payload_mass": lambda: memory.payload,
-        "get_target_payload_cog": lambda: list(memory.cog),
+        "get_target_payload_cog": lambda: list(memory.cog), "get_target_payload_inertia": lambda: list(memory.inertia),
     }  # fmt: skip
 
 
 def _force() -> Functions:
     # The arm weighs nothing and cannot be pushed: these are taken, and it holds still.
-    nothing: Callable[..., None] = lambda *_, **__: None  # noqa: E731
+    def sensor(
+        enable: bool, sensor_mass: float = 0.0, sensor_measuring_offset: Vector = (), sensor_cog: Vector = ()
+    ) -> None:
+        return
+
+    def teach_mode() -> Routine:
+        return
+        yield
+
     return {
         "get_tcp_force": lambda: list(ZERO), "get_joint_torques": lambda: list(ZERO), "force": lambda: 0.0,
-        "set_gravity": nothing,
-        "force_mode": nothing, "end_force_mode": nothing, "force_mode_set_damping": nothing,
-        "force_mode_set_gain_scaling": nothing, "zero_ftsensor": nothing,
-        "enable_external_ft_sensor": nothing, "end_teach_mode": nothing,
-        "teach_mode": _nothing_takes_time, "freedrive_mode": nothing, "end_freedrive_mode": nothing,
+        "tool_contact": lambda direction=ZERO: 0,
+        "set_gravity": lambda d: _check_numbers(d, 3),
+        "force_mode": lambda task_frame, selection_vector, wrench, type, limits: None, "end_force_mode": lambda: None,
+        "force_mode_set_damping": lambda damping: None, "force_mode_set_gain_scaling": lambda scaling: None,
+        "zero_ftsensor": lambda: None, "enable_external_ft_sensor": sensor, "ft_rtde_input_enable": sensor,
+        "teach_mode": teach_mode, "end_teach_mode": lambda: None,
+        "freedrive_mode": lambda freeAxes=(), feature="base": None, "end_freedrive_mode": lambda: None,
     }  # fmt: skip
-
-
-def _nothing_takes_time() -> Routine:
-    return
-    yield
 
 
 def _registers(inputs: Bank, outputs: Bank) -> Functions:
     def read(values: list[Any]) -> Callable[[int], Any]:
-        return lambda address: values[_index(address, len(values))]
+        return lambda address: values[index(address, len(values))]
 
     def write(values: list[Any], kind: Callable[[Any], Any]) -> Callable[[int, Any], None]:
         def put(address: int, value: Any) -> None:
-            values[_index(address, len(values))] = kind(value)
+            values[index(address, len(values))] = kind(value)
 
         return put
 
@@ -102,22 +135,27 @@ def _registers(inputs: Bank, outputs: Bank) -> Functions:
         "read_output_float_register": read(outputs.doubles), "read_output_boolean_register": read(outputs.bits),
         "write_output_integer_register": write(outputs.ints, _int32),
         "write_output_float_register": write(outputs.doubles, float),
-        "write_output_boolean_register": write(outputs.bits, bool),
+        "write_output_boolean_register": write(outputs.bits, Values.boolean),
     }  # fmt: skip
 
 
 def _digital(io: Io) -> Functions:
-    def get(word: str, first: int, size: int) -> Callable[[int], bool]:
-        return lambda n: bool(getattr(io, word) >> _index(n, size) + first & 1)
+    # The functions without a kind are from before there were kinds: 0 … 7 standard, 8 and 9 the tool's.
+    kinds: dict[str, Sequence[int]] = {
+        "standard_": range(8), "configurable_": range(8, 16), "tool_": (16, 17), "": (*range(8), 16, 17)
+    }  # fmt: skip
 
-    def put(first: int, size: int) -> Callable[[int, bool], None]:
-        return lambda n, b: io.set_out(_index(n, size) + first, bool(b))
+    def get(word: str, bits: Sequence[int]) -> Callable[[int], bool]:
+        return lambda n: bool(getattr(io, word) >> bits[index(n, len(bits))] & 1)
+
+    def put(bits: Sequence[int]) -> Callable[[int, bool], None]:
+        return lambda n, b: io.set_out(bits[index(n, len(bits))], Values.boolean(b))
 
     functions: Functions = {}
-    for kind, first, size in (("standard_", 0, 8), ("configurable_", 8, 8), ("tool_", 16, 2), ("", 0, 18)):
-        functions[f"get_{kind}digital_in"] = get("digital_in", first, size)
-        functions[f"get_{kind}digital_out"] = get("digital_out", first, size)
-        functions[f"set_{kind}digital_out"] = put(first, size)
+    for kind, bits in kinds.items():
+        functions[f"get_{kind}digital_in"] = get("digital_in", bits)
+        functions[f"get_{kind}digital_out"] = get("digital_out", bits)
+        functions[f"set_{kind}digital_out"] = put(bits)
     return functions
 
 
@@ -125,22 +163,37 @@ def _analog(io: Io) -> Functions:
     def put(n: int, f: float) -> None:
         # A share of the range: 4 … 20 mA or 0 … 10 V.
         share = min(max(float(f), 0.0), 1.0)
-        voltage = io.analog_types >> 2 + _index(n, 2) & 1
+        voltage = io.analog_types >> 2 + index(n, 2) & 1
         io.analog_out[n] = 10.0 * share if voltage else 0.004 + 0.016 * share
 
+    def tool_voltage(voltage: int) -> None:
+        if voltage not in (0, 12, 24):
+            raise ScriptError(f"runtime error: set_tool_voltage: 0, 12 or 24 V, not {voltage}")
+        io.tool_voltage = int(voltage)
+
+    def get_analog_in(n: int) -> float:
+        return (*io.analog_in, *io.tool_analog_in)[index(n, 4)]
+
     return {
-        "get_standard_analog_in": lambda n: io.analog_in[_index(n, 2)],
-        "get_standard_analog_out": lambda n: io.analog_out[_index(n, 2)],
-        "get_tool_analog_in": lambda n: io.tool_analog_in[_index(n, 2)],
-        "set_standard_analog_out": put, "set_analog_out": put,
-        "set_tool_voltage": lambda v: setattr(io, "tool_voltage", int(v)),
+        "get_standard_analog_in": lambda n: io.analog_in[index(n, 2)],
+        "get_standard_analog_out": lambda n: io.analog_out[index(n, 2)],
+        "get_tool_analog_in": lambda n: io.tool_analog_in[index(n, 2)],
+        "get_analog_in": get_analog_in, "get_analog_out": lambda n: io.analog_out[index(n, 2)],
+        "set_standard_analog_out": put, "set_analog_out": put, "set_tool_voltage": tool_voltage,
     }  # fmt: skip
 
 
-def _index(value: Any, size: int) -> int:
-    if not 0 <= int(value) < size:
-        raise ScriptError(f"runtime error: no channel {value}; 0 … {size - 1} exist")
-    return int(value)
+def _flags(flags: list[bool]) -> Functions:
+    def set_flag(n: int, b: bool) -> None:
+        flags[index(n, FLAGS)] = Values.boolean(b)
+
+    return {"get_flag": lambda n: flags[index(n, FLAGS)], "set_flag": set_flag}
+
+
+def _check_numbers(values: Any, size: int) -> None:
+    numbers = isinstance(values, Sequence) and all(type(v) in (int, float) and isfinite(v) for v in values)
+    if not numbers or len(values) != size:
+        raise ScriptError(f"runtime error: expected {size} numbers, got {text(values)[:80]}")
 
 
 def _int32(value: Any) -> int:

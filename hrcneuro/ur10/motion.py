@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import acos, atan2, cos, hypot, sin, sqrt
+from math import acos, atan2, cos, hypot, inf, sin, sqrt
 from typing import Protocol
 
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import CYCLE, MAX_SPEED, ZERO, Arm
 
 Vector = Sequence[float]
+_TRIALS = 8  # how often a cycle's way is shortened for a joint that cannot follow
+_FASTEST = 5.0  # m/s (rad/s) of the tool, however short the time that is asked for
+_SLOWEST = 0.05  # of its speed: a path that demands more than that of the joints cannot be followed
 _GENTLE = 4.0  # rad/s², of a motion that is abandoned: its thread was killed or its program ended
 
 
@@ -42,12 +45,13 @@ def ramped(old: Vector, new: Vector, step: float) -> list[float]:
 class Trapezoid:
     """The way covered with a speed that rises, stays and falls: of length ``way``, at rest on both ends."""
 
-    def __init__(self, way: float, a: float, v: float, t: float = 0.0) -> None:
-        """Fix the profile; a duration ``t`` > 0 overrides acceleration ``a`` and speed ``v``."""
+    def __init__(self, way: float, a: float, v: float, t: float = 0.0, *, most: float = inf) -> None:
+        """Fix the profile; a duration ``t`` > 0 overrides ``a`` and ``v``; ``most`` bounds any speed."""
         if t > 0.0:
             # A sixth each to speed up and slow down.
             v = way / (t * 5.0 / 6.0)
             a = v / (t / 6.0) if v > 0.0 else 1.0
+        v = min(v, most)
         self._way, self._a = way, max(a, 1e-9)
         self._v = min(max(v, 1e-9), sqrt(way * self._a)) if way > 0.0 else 0.0
         self._ramp = self._v / self._a
@@ -74,11 +78,22 @@ class _Timed(ABC):
 
     def step(self, arm: Arm, scaling: float) -> Vector:
         """Return the joint velocities that reach the path's next point."""
-        self._t += CYCLE * scaling
+        cycle = ahead = CYCLE * scaling
+        left = self._profile.duration - self._t
+        for _ in range(_TRIALS):
+            q = self._goal(arm, self._profile.at(self._t + ahead))
+            qd = [(b - a) / CYCLE for a, b in zip(arm.target_q, q, strict=True)]
+            excess = max(abs(speed) / most for speed, most in zip(qd, MAX_SPEED, strict=True))
+            if excess <= 1.0:
+                break
+            # The robot slows down along the way where a joint cannot follow: UR's client library tests that.
+            ahead = min(ahead, left) * 0.99 / excess  # beyond the end there is no more way
+            if ahead < _SLOWEST * cycle < left:
+                raise MotionFault("the path comes too close to a singularity")
+        self._t += ahead
         if self._t >= self._profile.duration + CYCLE:
             self.done = True
-        q = self._goal(arm, self._profile.at(self._t))
-        return [(b - a) / CYCLE for a, b in zip(arm.target_q, q, strict=True)]
+        return qd
 
     @abstractmethod
     def _goal(self, arm: Arm, s: float) -> Vector:
@@ -94,10 +109,9 @@ class MoveJ(_Timed):
         self._way = [b - a for a, b in zip(self._start, goal, strict=True)]
         longest = max(map(abs, self._way))
         # A joint that is slower than asked for slows them all.
-        for way, most in zip(self._way, MAX_SPEED, strict=True):
-            if abs(way) > 0.0:
-                v = min(v, most * longest / abs(way))
-        super().__init__(Trapezoid(longest, a, v, t))
+        ways = zip(self._way, MAX_SPEED, strict=True)
+        most = min((speed * longest / abs(way) for way, speed in ways if abs(way) > 0.0), default=inf)
+        super().__init__(Trapezoid(longest, a, v, t, most=most))
 
     def _goal(self, arm: Arm, s: float) -> Vector:
         return [a + s * way for a, way in zip(self._start, self._way, strict=True)]
@@ -111,7 +125,7 @@ class MoveL(_Timed):
         self._start = arm.target_pose()
         self._way = geometry.between(self._start, goal)
         length, angle = (sqrt(sum(x * x for x in part)) for part in self._way)
-        super().__init__(Trapezoid(length if length > 1e-6 else angle, a, v, t))
+        super().__init__(Trapezoid(length if length > 1e-6 else angle, a, v, t, most=_FASTEST))
 
     def _goal(self, arm: Arm, s: float) -> Vector:
         return _reached(geometry.along(self._start, self._way, s), arm)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
-from math import isfinite
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from math import floor, isfinite
+from typing import Any, ClassVar, TypeVar
 
 from hrcneuro.ur10.controller import Controller
-from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS, Output
+from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS, Input, Output
+
+_Field = TypeVar("_Field", Output, Input)
 
 RATE = 125.0
+_SLOWEST = 1.0  # packages a second
 _LONGEST = 4096  # bytes of a package from a client; a recipe's names may fill 2048
 _MOST_RECIPES = 255
 ERROR, WARNING = 1, 2
@@ -43,8 +46,8 @@ class RtdeSession:
         self._outputs: _Layout | None = None
         self._readers: list[Callable[[Controller], Any]] = []
         self._inputs: dict[int, _Layout] = {}
-        self._every = 1.0  # cycles between packages
-        self._due = 0.0
+        self._every = 1  # cycles between packages
+        self._due = 0  # cycles until the next one
         self.started = False
 
     def close(self) -> None:
@@ -77,10 +80,10 @@ class RtdeSession:
         """Send a data package where one is due."""
         if not self.started or self._outputs is None:
             return
-        self._due -= 1.0
-        if self._due > 1e-9:
+        self._due -= 1
+        if self._due > 0:
             return
-        self._due += self._every
+        self._due = self._every
         c, values = self._c, []
         for read, count in zip(self._readers, self._outputs.counts, strict=True):
             value = read(c)
@@ -109,28 +112,31 @@ class RtdeSession:
             (rate,) = _unpack(">d", payload[:8])
             payload = payload[8:]
         names = _names(payload)
-        fields = [self._output(name) for name in names]
+        fields = [self._field(OUTPUTS, name) for name in names]
         types = [field.type if field else "NOT_FOUND" for field in fields]
-        good = all(fields) and isfinite(rate) and rate > 0.0 and not self.started
+        good = all(fields) and _SLOWEST <= rate <= RATE and not self.started
         if good:
             self._outputs = _Layout(names, types)
             self._readers = [field.read for field in fields if field]
-            self._every, self._due = max(1.0, RATE / rate), 0.0
+            # The guide's floor: 50 Hz are a package every second cycle, and packages are even at any rate.
+            self._every = floor(RATE / rate)
         answer = ",".join(types).encode()
         self._answer(b"O", answer if self._version == 1 else bytes([bool(good)]) + answer)
 
-    def _output(self, name: str) -> Output | None:
-        field = OUTPUTS.get(name)
+    def _field(self, table: Mapping[str, _Field], name: str) -> _Field | None:
+        """Return a field that the controller's software has."""
+        field = table.get(name)
         return field if field is not None and field.since <= self._c.version[:2] else None
 
     def _setup_inputs(self, payload: bytes) -> None:
         names = _names(payload)
         types = []
         for name in names:
-            if name not in INPUTS:
+            field = self._field(INPUTS, name)
+            if field is None:
                 types.append("NOT_FOUND")
             else:
-                types.append("IN_USE" if self._taken.get(name, self) is not self else INPUTS[name].type)
+                types.append("IN_USE" if self._taken.get(name, self) is not self else field.type)
         number = 0
         if not self.started and len(self._inputs) < _MOST_RECIPES and all(t in FORMATS for t in types):
             number = len(self._inputs) + 1
@@ -139,7 +145,7 @@ class RtdeSession:
         self._answer(b"I", bytes([number]) + ",".join(types).encode())
 
     def _start(self, payload: bytes) -> None:
-        self.started, self._due = True, 0.0
+        self.started, self._due = True, 0
         self._answer(b"S", b"\x01")
 
     def _pause(self, payload: bytes) -> None:

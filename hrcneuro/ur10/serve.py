@@ -15,7 +15,8 @@ from pathlib import Path
 from hrcneuro.errors import ConfigError
 from hrcneuro.ur10 import SOFTWARE
 from hrcneuro.ur10.controller import Controller
-from hrcneuro.ur10.faults import Fault, parse
+from hrcneuro.ur10.faults import parse
+from hrcneuro.ur10.loading import Loadable, read_programs
 from hrcneuro.ur10.server import Server
 
 
@@ -35,11 +36,12 @@ def serve(
     """Serve on ``address`` until SIGINT or SIGTERM, or until standard input closes if asked to; return 0.
 
     Raises:
-        ConfigError: The address is no loopback address and ``open_network`` is not set, or an argument is malformed.
+        ConfigError: The address is no loopback address and ``open_network`` is not set, an argument is malformed, or
+            ``programs`` is no folder that can be read.
         HardwareError: The ports are taken.
     """
     _check_address(address, open_network)
-    scripts = {p.name: p.read_text(encoding="utf-8") for p in sorted(programs.glob("*"))} if programs else {}
+    loadable = read_programs(programs) if programs else Loadable()
     controller = Controller(version=_version(version), powered=powered)
     if verbose:
         controller.listeners.append(lambda kind, text: print(f"{kind}: {text}", file=sys.stderr, flush=True))
@@ -51,20 +53,23 @@ def serve(
             print(f"a simulated UR10 listens on {address}; Ctrl-C ends it", file=sys.stderr, flush=True)
 
     return asyncio.run(
-        _serve(controller, address, [parse(text) for text in faults], scripts, ready, until_stdin_closes, verbose)
+        _serve(
+            address,
+            Server(controller, faults=[parse(text) for text in faults], programs=loadable, open_network=open_network),
+            ready,
+            until_stdin_closes,
+            verbose,
+        )
     )
 
 
 async def _serve(
-    controller: Controller,
     address: str,
-    faults: list[Fault],
-    programs: dict[str, str],
+    server: Server,
     ready: Callable[[], None],
     until_stdin_closes: bool,
     verbose: bool,
 ) -> int:
-    server = Server(controller, faults=faults, programs=programs)
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -88,6 +93,10 @@ async def _serve(
         await ended.wait()
     finally:
         await server.close()
+        # A second signal would come to a loop that is half closed.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
+            signal.signal(number, signal.SIG_IGN)
         if verbose:
             print(server.punctuality, file=sys.stderr, flush=True)
     return 0

@@ -5,18 +5,22 @@ from __future__ import annotations
 import asyncio
 import sys
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
 
-from hrcneuro.errors import ConfigError, HardwareError
-from hrcneuro.ur10 import dashboard, rtde, streams
+from hrcneuro.errors import HardwareError
+from hrcneuro.ur10 import dashboard, internal, messages, rtde, streams
 from hrcneuro.ur10.arm import CYCLE
 from hrcneuro.ur10.commands import Commands, compile_names
 from hrcneuro.ur10.controller import Controller
-from hrcneuro.ur10.faults import Fault, Network, Schedule, parse
+from hrcneuro.ur10.faults import Fault, Network, Schedule
+from hrcneuro.ur10.loading import Loadable
+from hrcneuro.ur10.modes import Notice
+from hrcneuro.ur10.ports import FaultPort, ScriptPort
 from hrcneuro.ur10.punctuality import Punctuality
-from hrcneuro.ur10.urscript.lexer import ScriptError, Splitter
+from hrcneuro.ur10.sockets import Sockets
+from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Compiled, compiled
 
 DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS = 29999, 30001, 30002, 30003, 30004, 29998
@@ -93,53 +97,29 @@ class _Connection(asyncio.BufferedProtocol):
             self.transport.abort()
 
 
-class _Scripts:
-    """What a script port takes: programs."""
-
-    def __init__(self, run: Callable[[str], None]) -> None:
-        self._splitter, self._run, self.closed = Splitter(), run, False
-
-    def feed(self, data: bytes) -> None:
-        """Run the programs that ``data`` completes."""
-        try:
-            for script in self._splitter.feed(data.decode("utf-8", "replace")):
-                self._run(script)
-        except ScriptError:
-            self.closed = True
-
-
-class _Faults:
-    """The port for faults: a line each, as on the command line."""
-
-    def __init__(self, schedule: Schedule, send: Callable[[bytes], None]) -> None:
-        self._schedule, self._send, self._buffer, self.closed = schedule, send, b"", False
-
-    def feed(self, data: bytes) -> None:
-        """Bring about what the lines ask for."""
-        *lines, self._buffer = (self._buffer + data).split(b"\n")
-        self.closed = len(self._buffer) > 1000
-        for line in filter(None, (line.decode("utf-8", "replace").strip() for line in lines)):
-            try:
-                self._schedule.apply(parse(line))
-                self._send(b"ok\n")
-            except ConfigError as error:
-                self._send(f"error: {error.problem}\n".encode())
-
-
 class Server:
     """A controller on the network."""
 
     def __init__(
-        self, controller: Controller, *, faults: Sequence[Fault] = (), programs: dict[str, str] | None = None
+        self,
+        controller: Controller,
+        *,
+        faults: Sequence[Fault] = (),
+        programs: Loadable | None = None,
+        open_network: bool = False,
     ) -> None:
-        """Take over ``controller``; ``programs`` are what the dashboard can load, scripts by file name."""
+        """Take over ``controller``; ``programs`` are what the dashboard can load.
+
+        Scripts may open sockets to this machine, and where the network is open to any.
+        """
         self.controller = controller
         self.network = Network()
         self.punctuality = Punctuality()
-        Commands(controller)
+        self._sockets = Sockets(anywhere=open_network)
+        Commands(controller, self._sockets)
         self._names = compile_names(controller)
         self._schedule = Schedule(controller, self.network, faults)
-        self._programs = programs or {}
+        self._programs = programs or Loadable()
         self._clients: dict[int, list[_Connection]] = {
             port: [] for port in (DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE, FAULTS)
         }
@@ -149,7 +129,7 @@ class Server:
         self._servers: list[asyncio.Server] = []
         self._next = 0.0
         self._quick = 0  # programs translated on the spot in this cycle
-        controller.listeners.append(self._tell)
+        controller.outlets.append(self._tell)
 
     async def start(self, address: str) -> None:
         """Listen on ``address`` and begin the cycles.
@@ -182,6 +162,7 @@ class Server:
         for server in self._servers:
             server.close()
         self._servers = []
+        self._sockets.close_all()
         self._translator.shutdown(wait=False, cancel_futures=True)
 
     def join(self, client: _Connection) -> None:
@@ -192,15 +173,21 @@ class Server:
             return
         self._clients[client.port].append(client)
         if client.port == DASHBOARD:
-            client.session = dashboard.DashboardSession(c, client.send, programs=self._programs, compile=self._compiled)
+            client.session = dashboard.DashboardSession(
+                c,
+                client.send,
+                programs=self._programs.scripts,
+                refused=self._programs.refused,
+                compile=self._compiled,
+            )
         elif client.port == RTDE:
             client.session = rtde.RtdeSession(c, self._taken, client.send)
         elif client.port == FAULTS:
-            client.session = _Faults(self._schedule, client.send)
+            client.session = FaultPort(self._schedule, client.send)
         else:
-            client.session = _Scripts(self._run)
+            client.session = ScriptPort(self._run)
             if client.port != REALTIME:
-                client.send(streams.version_message(c))
+                client.send(messages.version(c))
 
     def leave(self, client: _Connection) -> None:
         """Take a client out of those that are served."""
@@ -213,6 +200,8 @@ class Server:
         return compiled(script, *self._names)
 
     def _run(self, script: str) -> None:
+        if internal.obey(self.controller, script):
+            return
         # Scripts run in the order in which they came, so a short one waits for a long one before it.
         loop = asyncio.get_running_loop()
         if len(self._translating) >= _MOST_WAITING:
@@ -227,22 +216,26 @@ class Server:
         try:
             self.controller.start(self._compiled(script))
         except ScriptError as error:
-            self.controller.tell("error", str(error))
+            self.controller.refuse(error)
 
     def _start_translated(self) -> None:
         while self._translating and self._translating[0].done():
             future = self._translating.popleft()
             if future.cancelled():
                 continue
-            error = future.exception()
-            if error is None:
+            try:
                 self.controller.start(future.result())
-            else:
-                self.controller.tell("error", str(error))
+            except ScriptError as error:
+                self.controller.refuse(error)
 
-    def _tell(self, kind: str, message: str) -> None:
-        for client in self._clients[PRIMARY]:
-            client.send(streams.text_message(self.controller, kind, message))
+    def _tell(self, notice: Notice) -> None:
+        if self._clients[PRIMARY]:
+            packet = messages.message(self.controller, notice)
+            if notice.kind == "safety":
+                # Nobody is told a mode that the last state message contradicts.
+                packet = streams.state(self.controller) + packet
+            for client in self._clients[PRIMARY]:
+                client.send(packet)
 
     def _cycle(self) -> None:
         loop = asyncio.get_running_loop()

@@ -1,4 +1,4 @@
-"""The packets of ports 30003 (real-time, 125 Hz), 30001 and 30002 (primary and secondary, 10 Hz).
+"""The robot's state as ports 30003 (real-time, 125 Hz), 30001 and 30002 (primary and secondary, 10 Hz) send it.
 
 Layouts: "Client interfaces, CB-series", Universal Robots, software 3.5 and later; big-endian throughout.
 """
@@ -11,10 +11,11 @@ from math import hypot
 from hrcneuro.robot.dh import ALPHA, A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import MAX_ANGLE, MAX_SPEED, ZERO
-from hrcneuro.ur10.controller import PAUSED, PLAYING, PROTECTIVE, RUNNING, Controller
+from hrcneuro.ur10.controller import Controller
+from hrcneuro.ur10.modes import EMERGENCY, PAUSED, PLAYING, POSITION, PROTECTIVE, RUNNING, TEACH
 from hrcneuro.ur10.variables import elbow, joint_modes
 
-ROBOT_STATE, ROBOT_MESSAGE = 16, 20
+ROBOT_STATE = 16
 EVERY = 12  # cycles between state messages: 10.4 Hz
 
 _REALTIME = struct.Struct(">i138d")
@@ -34,7 +35,7 @@ def realtime(c: Controller) -> bytes:
     body = (
         c.now, *arm.target_q, *arm.target_qd, *arm.target_qdd, *ZERO, *ZERO, *arm.q, *arm.qd, *ZERO, *ZERO,
         *pose, *speed, *ZERO, *target, *target_speed, float(io.digital_in),
-        *(30.0,) * 6, 0.5, 0.0, float(c.robot_mode), *joint_modes(c), float(c.safety_mode), *ZERO, 0.0, 0.0, -9.81,
+        *(30.0,) * 6, 0.5, 0.0, float(c.robot_mode), *joint_modes(c), float(c.safety_mode), *ZERO, *arm.accelerometer(),
         *ZERO, c.speed_scaling, 10.0 * hypot(*speed[:3]), 0.0, 0.0, 48.0, 48.0, 0.5, *(48.0,) * 6,
         float(io.digital_out),
         float(c.runtime_state), *at, *velocity,
@@ -50,16 +51,16 @@ def state(c: Controller) -> bytes:
     power = c.robot_mode > 3
     parts = [
         _part(
-            0, ">Q7?2B3d", int(c.now * 1e6), True, True, power, c.safety_mode == 7, c.safety_mode == PROTECTIVE,
-            c.runtime_state == PLAYING, c.runtime_state == PAUSED, c.robot_mode, 0, c.slider, c.speed_scaling, 1.0,
+            0, ">Q7?2B3d", int(c.now * 1e6), True, True, power, c.safety_mode == EMERGENCY, c.safety_mode == PROTECTIVE,
+            c.runtime_state == PLAYING, c.runtime_state == PAUSED, c.robot_mode, TEACH if c.freedrive else POSITION,
+            c.slider, c.speed_scaling, 1.0,
         ),
         _part(1, ">" + "3d4fB" * 6, *_joints(c)),
-        _part(2, ">2b2dfB2fB", 1, 1, *io.tool_analog_in, 48.0, io.tool_voltage, 0.0, 30.0, joint_modes(c)[0]),
         _part(
-            3, ">ii2b2d2b2d4f2BbI2B", io.digital_in, io.digital_out, io.analog_types & 1, io.analog_types >> 1 & 1,
-            *io.analog_in, io.analog_types >> 2 & 1, io.analog_types >> 3 & 1, *io.analog_out, 35.0,
-            48.0 if power else 0.0, 0.5, 0.02, c.safety_mode, 0, 0, 0, 0, 0,
+            2, ">2b2dfB2fB", io.tool_analog_types & 1, io.tool_analog_types >> 1 & 1, *io.tool_analog_in, 48.0,
+            io.tool_voltage, 0.0, 30.0, joint_modes(c)[0],
         ),
+        _masterboard(c),
         _part(4, ">12d", *arm.pose(), *arm.tcp),
         _part(5, ">6I24dI", *(0,) * 6, *ZERO, *A, *D, *ALPHA, 0),
         _part(
@@ -73,26 +74,14 @@ def state(c: Controller) -> bytes:
     return struct.pack(">iB", 5 + len(body), ROBOT_STATE) + body
 
 
-def version_message(c: Controller) -> bytes:
-    """Return what a client of ports 30001 and 30002 is sent first."""
-    name, (major, minor, bugfix, build) = b"URControl", c.version
-    date = b"01-01-2019, 00:00:00"
-    head = struct.pack(">B9s2B2i", len(name), name, major, minor, bugfix, build)
-    return _message(c, 3, head + date)
-
-
-def text_message(c: Controller, kind: str, text: str) -> bytes:
-    """Return a message of port 30001: text of a program, a popup, or what went wrong."""
-    body = text.encode("utf-8", "replace")[:1000]
-    if kind == "popup":
-        return _message(c, 2, struct.pack(">I4BB", 0, 0, 0, 0, 0, 5) + b"Popup" + body)
-    if kind == "error":
-        return _message(c, 10, struct.pack(">ii", 0, 0) + body)
-    return _message(c, 0, body)
-
-
-def _message(c: Controller, kind: int, body: bytes) -> bytes:
-    return struct.pack(">iBQbb", 15 + len(body), ROBOT_MESSAGE, int(c.now * 1e6), -2, kind) + body
+def _masterboard(c: Controller) -> bytes:
+    io = c.memory.io
+    form, more = ">ii2b2d2b2d4f2BbI2B", [0] * (c.version[:2] >= (3, 14))  # one more byte, for UR's own software
+    return _part(
+        3, form + "B" * len(more), io.digital_in, io.digital_out, io.analog_types & 1, io.analog_types >> 1 & 1,
+        *io.analog_in, io.analog_types >> 2 & 1, io.analog_types >> 3 & 1, *io.analog_out, 35.0,
+        48.0 if c.robot_mode > 3 else 0.0, 0.5, 0.02, c.safety_mode, 0, 0, 0, 0, 0, *more,
+    )  # fmt: skip
 
 
 def _part(kind: int, form: str, *values: object) -> bytes:

@@ -1,4 +1,8 @@
-"""RTDE's fields: name, type and where the value comes from or goes ("RTDE guide", Universal Robots)."""
+"""RTDE's fields: name, type, where the value comes from or goes, and the first software that has it.
+
+"RTDE guide", Universal Robots. Of two fields it does not say when they came: tcp_offset is of 3.12 (UR's client
+library, pull request 110), joint_position_deviation_ratio is taken to be of CB3's last software only.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,16 @@ from typing import Any
 from hrcneuro.robot.dh import A, D
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.arm import ZERO
-from hrcneuro.ur10.controller import RUNNING, Controller
+from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.memory import BITS, DOUBLES, INTEGERS, Bank
+from hrcneuro.ur10.modes import RUNNING
 
 FORMATS = {
     "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
     "VECTOR3D": "3d", "VECTOR6D": "6d", "VECTOR6INT32": "6i", "VECTOR6UINT32": "6I",
 }  # fmt: skip
 JOINT_RUNNING, JOINT_POWER_OFF = 253, 239
+_UPPER = (3, 9)  # the software that brought the upper half of the registers
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,7 @@ class Input:
 
     type: str
     write: Callable[[Controller, Any], None]
+    since: tuple[int, int] = (3, 0)
 
 
 def joint_modes(c: Controller) -> list[int]:
@@ -94,7 +101,7 @@ def _outputs() -> dict[str, Output]:
         "joint_mode": Output("VECTOR6INT32", joint_modes),
         "safety_mode": Output("INT32", lambda c: c.safety_mode),
         "safety_status": Output("INT32", lambda c: c.safety_mode, (3, 10)),
-        "actual_tool_accelerometer": Output(three, _value((0.0, 0.0, -9.81))),
+        "actual_tool_accelerometer": Output(three, lambda c: c.arm.accelerometer()),
         "speed_scaling": Output("DOUBLE", lambda c: c.speed_scaling),
         "target_speed_fraction": Output("DOUBLE", lambda c: c.slider),
         "actual_momentum": Output("DOUBLE", momentum),
@@ -111,18 +118,23 @@ def _outputs() -> dict[str, Output]:
         "analog_io_types": Output("UINT32", lambda c: c.memory.io.analog_types),
         "io_current": Output("DOUBLE", _value(0.02)),
         "euromap67_input_bits": Output("UINT32", _value(0)),
-        "euromap67_output_bits": Output("UINT32", _value(0)),
+        "euromap67_output_bits": Output("UINT32", lambda c: c.memory.io.euromap_out),
         "euromap67_24V_voltage": Output("DOUBLE", _value(0.0)),
         "euromap67_24V_current": Output("DOUBLE", _value(0.0)),
         "tool_mode": Output("UINT32", lambda c: JOINT_RUNNING if c.robot_mode == RUNNING else JOINT_POWER_OFF),
-        "tool_analog_input_types": Output("UINT32", _value(3)),
+        "tool_analog_input_types": Output("UINT32", lambda c: c.memory.io.tool_analog_types),
         "tool_output_voltage": Output("INT32", lambda c: c.memory.io.tool_voltage),
         "tool_output_current": Output("DOUBLE", _value(0.0)),
         "tool_temperature": Output("DOUBLE", _value(30.0)),
+        "tool_output_mode": Output("UINT8", _value(0)),
+        "tool_digital_output0_mode": Output("UINT8", _value(0)),
+        "tool_digital_output1_mode": Output("UINT8", _value(0)),
         "tcp_force_scalar": Output("DOUBLE", _value(0.0)),
         "payload": Output("DOUBLE", lambda c: c.memory.payload, (3, 11)),
         "payload_cog": Output(three, lambda c: c.memory.cog, (3, 11)),
-        "payload_inertia": Output(six, _value(ZERO), (3, 15)),
+        "payload_inertia": Output(six, lambda c: c.memory.inertia, (3, 15)),
+        "tcp_offset": Output(six, lambda c: c.arm.tcp, (3, 12)),
+        "joint_position_deviation_ratio": Output("DOUBLE", lambda c: c.arm.deviation, (3, 15)),
         "script_control_line": Output("UINT32", _value(0), (3, 14)),
     }
     for i in (0, 1):
@@ -135,21 +147,20 @@ def _outputs() -> dict[str, Output]:
 
 
 def _registers(prefix: str, bank: str) -> dict[str, Output]:
-    # The upper half of the registers came with 3.9; inputs can be read back from then on.
-    early = (3, 0) if prefix == "output" else (3, 9)
-    upper = (3, 9)
     table = {}
     for first in (0, 32):
-        table[f"{prefix}_bit_registers{first}_to_{first + 31}"] = Output("UINT32", _word(bank, first), early)
+        table[f"{prefix}_bit_registers{first}_to_{first + 31}"] = Output("UINT32", _word(bank, first))
     for i in range(64, BITS):
-        table[f"{prefix}_bit_register_{i}"] = Output("BOOL", _register(bank, "bits", i), upper)
+        table[f"{prefix}_bit_register_{i}"] = Output("BOOL", _register(bank, "bits", i), _UPPER)
     for i in range(INTEGERS):
-        since = early if i < 24 else upper
-        table[f"{prefix}_int_register_{i}"] = Output("INT32", _register(bank, "ints", i), since)
+        table[f"{prefix}_int_register_{i}"] = Output("INT32", _register(bank, "ints", i), _half(i))
     for i in range(DOUBLES):
-        since = early if i < 24 else upper
-        table[f"{prefix}_double_register_{i}"] = Output("DOUBLE", _register(bank, "doubles", i), since)
+        table[f"{prefix}_double_register_{i}"] = Output("DOUBLE", _register(bank, "doubles", i), _half(i))
     return table
+
+
+def _half(i: int) -> tuple[int, int]:
+    return (3, 0) if i < INTEGERS // 2 else _UPPER
 
 
 def _channel(kind: str, i: int) -> Callable[[Controller], Any]:
@@ -187,11 +198,11 @@ def _inputs() -> dict[str, Input]:
     for first in (0, 32):
         table[f"input_bit_registers{first}_to_{first + 31}"] = Input("UINT32", _put_word(first))
     for i in range(64, BITS):
-        table[f"input_bit_register_{i}"] = Input("BOOL", _put("bits", i))
+        table[f"input_bit_register_{i}"] = Input("BOOL", _put("bits", i), _UPPER)
     for i in range(INTEGERS):
-        table[f"input_int_register_{i}"] = Input("INT32", _put("ints", i))
+        table[f"input_int_register_{i}"] = Input("INT32", _put("ints", i), _half(i))
     for i in range(DOUBLES):
-        table[f"input_double_register_{i}"] = Input("DOUBLE", _put("doubles", i))
+        table[f"input_double_register_{i}"] = Input("DOUBLE", _put("doubles", i), _half(i))
     return table
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hrcneuro.analyses.conditions import scenarios, trial_sets
+from hrcneuro.analyses.conditions import absent, matching, scenarios, trial_sets
 from hrcneuro.errors import ConfigError
 
 STUDY = pd.DataFrame({"event": "move", "scenario": ["sC", "iC", "iC"], "soa_s": [0.9, None, 0.7]})
@@ -37,3 +37,11 @@ def test_what_is_right_gives_the_sets():
     sets = trial_sets(STUDY, {"any": "event == 'move'"}, "scenario")
     assert {one.label: one.n for one in sets} == {"all/any": 3, "iC/any": 2, "sC/any": 1}
     np.testing.assert_array_equal(sets[1].mask, [False, True, True])
+
+
+def test_a_condition_without_a_trial_is_told_with_the_value_that_it_may_have_meant():
+    queries = {"all": "event == 'move'", "slip": "event == 'mvoe'", "never": "soa_s > 5 and scenario == 'iC'"}
+    said = absent(STUDY, queries, matching(STUDY, queries))
+    assert set(said) == {"conditions.slip", "conditions.never"}
+    assert "(did you mean 'move'?)" in said["conditions.slip"]
+    assert "did you mean" not in said["conditions.never"]

@@ -6,6 +6,7 @@ from hrcneuro.arms.cures import with_cure
 from hrcneuro.errors import ConfigError, HardwareError, StageError
 from hrcneuro.robot.backend import ArmError, Cause, Stopped
 from hrcneuro.robot.plan import TooQuick
+from hrcneuro.robot.rehearsal import Foreseen
 from hrcneuro.robot.trajectory import NoPath
 from hrcneuro.robot.workspace import CellError, Flaw, WayError
 
@@ -36,6 +37,19 @@ def test_a_protective_stop_is_unlocked_by_people():
     assert "on the pendant" in with_cure(Stopped(Cause.PROTECTIVE_STOP, "…", rests=True)).cure
 
 
+def test_a_stopped_program_is_cured_with_what_a_cb3_has():
+    cure = with_cure(Stopped(Cause.PROGRAM, "…", rests=True)).cure
+    assert "remote" not in cure
+    assert "pendant" in cure
+
+
+@pytest.mark.parametrize("cause", Cause)
+def test_what_is_foreseen_is_a_matter_of_options(cause):
+    error = with_cure(Foreseen(cause, "on the approach the session would be stopped"))
+    assert (error.exit_code, error.problem) == (2, "on the approach the session would be stopped")
+    assert "robot." in error.cure
+
+
 @pytest.mark.parametrize("flaw", Flaw)
 @pytest.mark.parametrize(("kind", "prefix"), [(CellError, "robot.cell: "), (WayError, "")])
 def test_every_flaw_of_a_cell_has_a_cure_that_names_its_options(flaw, kind, prefix):
@@ -60,3 +74,10 @@ def test_bounds_without_a_path_are_named():
 def test_other_errors_pass():
     other = KeyError("x")
     assert with_cure(other) is other
+
+
+def test_patience_is_offered_where_the_controller_is_the_sessions_own():
+    lost, other = (Stopped(cause, "…", rests=True) for cause in (Cause.PACKETS_LOST, Cause.LATE))
+    assert "--patient" in with_cure(lost, may_be_patient=True).cure
+    assert "--patient" not in with_cure(lost).cure
+    assert "--patient" not in with_cure(other, may_be_patient=True).cure

@@ -137,7 +137,7 @@ def test_what_goes_wrong_on_the_way_ends_in_a_stop(study, surroundings, arm, fau
     known = "the arm was stopped" if fault == "program" else "was not seen at rest: it may be moving"
     assert f"{known}; the record is in" in done.stderr
     assert "rescued/s01" in done.stderr
-    (place,) = re.findall(r"rescued/s01/\d+", done.stderr)
+    (place,) = set(re.findall(r"rescued/s01/[\dT-]+", done.stderr))
     telemetry = pd.read_parquet(study / place / "telemetry.parquet")
     assert telemetry["phase"].iloc[-1] == "stop"
     if fault == "program":

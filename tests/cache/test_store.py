@@ -1,3 +1,4 @@
+import concurrent.futures as futures
 import errno
 import json
 import os
@@ -6,8 +7,10 @@ import threading
 import pytest
 from filelock import FileLock
 
-from hrcneuro.cache.store import RECORD, Record, Store, explain_os_error
-from hrcneuro.errors import ConfigError, StageError
+from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.record import RECORD, Record
+from hrcneuro.cache.store import Store
+from hrcneuro.errors import ConfigError, DataError, StageError
 
 NAME = ("preprocess", "s01", "0123456789abcdef")
 
@@ -30,6 +33,13 @@ def test_a_published_entry_is_found_with_its_summary_and_files(store):
     record = store.lookup(*NAME, verify=True)
     assert record.summary == {"n": 3}
     assert sorted(record.outputs) == ["data.bin", "deep/more.txt"]
+    assert store.entries() == [store.folder(*NAME)]
+
+
+def test_what_has_no_key_for_a_name_is_no_entry(store):
+    """A recording that somebody had put into the cache, say: gc drops entries alone."""
+    publish(store)
+    (store.root / "recordings" / "s01" / "2026-11-29T142501").mkdir(parents=True)
     assert store.entries() == [store.folder(*NAME)]
 
 
@@ -106,6 +116,95 @@ def test_the_lock_lets_one_in_at_a_time(store):
     thread.join()
     assert order == ["first", "second"]
     assert not FileLock(store.root / ".locks" / "none.lock").is_locked
+
+
+def test_an_entry_that_was_being_replaced_when_its_process_was_killed_comes_back(store):
+    publish(store)
+    entry = store.folder(*NAME)
+    entry.rename(entry.with_name(f".tmp-{NAME[2]}-0a1b-1-old"))
+    store.sweep()
+    assert store.lookup(*NAME, verify=True) is not None
+    assert store.leftovers() == []
+
+
+def test_without_locks_many_publish_the_same_and_all_succeed(store):
+    def one(_):
+        with store.workspace(*NAME) as work:
+            (work / "data.bin").write_bytes(b"signal")
+            store.publish(Record(*NAME, parts={}, outputs={}), work)
+
+    with futures.ThreadPoolExecutor(4) as pool:
+        list(pool.map(one, range(40)))
+    assert store.lookup(*NAME, verify=True) is not None
+    assert store.leftovers() == []
+
+
+def test_gc_takes_entries_that_nobody_claims_and_gives_back_those_that_were_claimed_meanwhile(store):
+    other = (*NAME[:2], "f" * 16)
+    publish(store)
+    publish(store, name=other)
+    folders, asked = store.entries(), []
+
+    def used():
+        asked.append(store.entries())
+        return {NAME}
+
+    assert store.drop(folders, used) == [store.folder(*other)]
+    # Once for all, and when they are out of sight.
+    assert asked == [[]]
+    assert store.lookup(*NAME, verify=True) is not None
+    assert store.entries() == [store.folder(*NAME)]
+    assert store.drop(folders, set) == [store.folder(*NAME)]
+    assert store.drop(folders, set) == store.entries() == []
+    assert list(store.root.glob(".dropped/*")) == []
+
+
+@pytest.mark.parametrize("claimed", [True, False])
+def test_what_a_killed_gc_began_is_brought_to_an_end(store, claimed):
+    class Killed(BaseException):
+        pass
+
+    def die():
+        raise Killed
+
+    publish(store)
+    with pytest.raises(Killed):
+        store.drop(store.entries(), die)
+    assert store.lookup(*NAME) is None
+    store.settle(lambda: {NAME} if claimed else set())
+    assert (store.lookup(*NAME, verify=True) is not None) is claimed
+    assert list(store.root.glob(".dropped/*")) == []
+
+
+def test_nothing_goes_while_it_is_not_known_what_is_used(store):
+    def unknown():
+        raise DataError("the list is broken")
+
+    publish(store)
+    with pytest.raises(DataError, match="the list is broken"):
+        store.drop(store.entries(), unknown)
+    assert store.lookup(*NAME, verify=True) is not None
+
+
+def test_what_was_made_anew_meanwhile_is_left_as_it_is(store):
+    publish(store)
+
+    def made_anew():
+        publish(store, b"other!")
+        return {NAME}
+
+    assert store.drop(store.entries(), made_anew) == []
+    assert (store.folder(*NAME) / "data.bin").read_bytes() == b"other!"
+
+
+def test_where_locks_cannot_even_be_made_the_work_goes_on_and_says_so(store):
+    store.root.mkdir()
+    (store.root / ".locks").write_text("")
+    said = []
+    with store.lock(*NAME, tell=said.append):
+        pass
+    assert len(said) == 1
+    assert str(store.root / ".locks") in said[0]
 
 
 def test_the_record_names_no_path(store, tmp_path):

@@ -105,6 +105,20 @@ def test_contradictions_are_refused_with_what_is_allowed(empty, text, words):
         assert word in str(caught.value)
 
 
+def test_a_study_without_moves_leaves_out_what_is_about_them_unless_it_says_otherwise(empty):
+    everything = config.load(None, folder=empty)
+    assert everything.stages == stages.NAMES
+    assert everything.left_out == ()
+    own = config.load(None, ["acquire.source=file", "acquire.path=x.set"], folder=empty)
+    assert own.stages == ("acquire", "preprocess", "epoch", "erp", "ersp", "decode")
+    assert [w for w in own.warnings if "simulate and robot" in w and "study.stages" in w]
+    named = config.load(None, ["acquire.source=file", 'study.stages=["robot", "epoch"]'], folder=empty)
+    assert named.stages == ("epoch", "robot")
+    assert not [w for w in named.warnings if "left out" in w]
+    with pytest.raises(ConfigError, match=r"did you mean 'decode'"):
+        config.load(None, ['study.stages=["decod"]'], folder=empty)
+
+
 def test_files_and_assignments_are_judged_together(empty):
     with pytest.raises(ConfigError) as caught:
         config.load(write(empty, "[erp]\nbaselin_s = 1\n"), ["erp.alpha=2", "nonsense", "robot.speed=1"])
@@ -127,6 +141,21 @@ def test_every_option_has_a_line_of_help(name):
                 walk(getattr(config, f.name))
 
     walk(stages.load(name).config())
+
+
+@pytest.mark.parametrize("kind", ["a folder", "a folder with one", "found", "a link"])
+def test_what_is_no_file_is_no_configuration(empty, kind):
+    place = empty / "hrcneuro.toml"
+    if kind == "a link":
+        place.symlink_to("nowhere")
+    else:
+        place.mkdir()
+    if kind == "a folder with one":
+        (place / "mine.toml").touch()
+    with pytest.raises(ConfigError, match="does not exist" if kind == "a link" else "is a folder") as caught:
+        config.load(None if kind in ("found", "a link") else place, folder=empty)
+    assert str(place) in str(caught.value)
+    assert {"a link": "existing", "a folder with one": "mine.toml"}.get(kind, "NAME.toml") in caught.value.cure
 
 
 def test_broken_toml_is_named(empty):
@@ -190,3 +219,32 @@ def test_a_file_from_any_editor(empty):
     path.write_bytes(text.encode("utf-16"))
     with pytest.raises(ConfigError, match="is in UTF-16"):
         config.load(path)
+
+
+def test_set_adds_to_a_table_and_a_table_as_a_whole_replaces_it(tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text('[acquire]\nsource = "file"\npath = "x"\nevent_map = { a = "A" }\n[conditions]\nlate = "error"\n')
+    quiet = ["contrasts={}", "problems={}"]
+
+    def read(*assignments):
+        return config.load(own, [*quiet, *assignments])
+
+    added = read('acquire.event_map."S  1"=standard', "acquire.event_map.b=B", "conditions.early=not error")
+    assert added.sections["acquire"].event_map == {"a": "A", "S  1": "standard", "b": "B"}
+    assert added.shared.conditions == {"late": "error", "early": "not error"}
+    assert read("acquire.event_map.a=C").sections["acquire"].event_map == {"a": "C"}
+    assert read("acquire.event_map={}").sections["acquire"].event_map == {}
+    assert read("acquire.event_map={}", "acquire.event_map.b=B").sections["acquire"].event_map == {"b": "B"}
+    assert read("conditions={x='error'}").shared.conditions == {"x": "error"}
+
+
+def test_set_changes_one_value_of_a_recipe(tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text('[decode.recipes.mine]\nestimator = "rlda"\ncitation = "here"\nparams = { shrinkage = 0.2 }\n')
+    recipe = config.load(own, ["decode.recipes.mine.citation=there"]).sections["decode"].recipes["mine"]
+    assert (recipe.citation, recipe.params) == ("there", {"shrinkage": 0.2})
+
+
+def test_a_name_alone_is_no_assignment_and_says_what_is():
+    with pytest.raises(ConfigError, match="'decode=1' is no assignment"):
+        config.load(None, ["decode=1"])

@@ -79,7 +79,7 @@ def test_every_recipe_names_its_source_and_fits():
     recipes = {name: r for name, r in BUILTIN.items() if r.estimator != "xdawn_tangent" or _has_pyriemann()}
     made = decoders.Decoders(recipes, epochs_uv=lambda rows: data[rows], times_s=t)
     names = []
-    for name, decoder, _ in made.of(np.arange(40)):
+    for name, decoder, _ in made.of(made.features_of(np.arange(40))):
         assert BUILTIN[name].citation
         assert np.isfinite(np.concatenate(decoder(labels, splits))).all()
         names.append(name)

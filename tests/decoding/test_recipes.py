@@ -47,7 +47,7 @@ def study(*, replaced: int = N_REPLACED) -> tuple[np.ndarray, np.ndarray]:
 
 def decoder_of(name: str, epochs: np.ndarray) -> Decode:
     made = decoders.Decoders({name: BUILTIN[name]}, epochs_uv=lambda rows: epochs[rows], times_s=TIMES_S)
-    return next(made.of(np.arange(len(epochs))))[1]
+    return next(made.of(made.features_of(np.arange(len(epochs)))))[1]
 
 
 def held_out(decoder: Decode, labels: np.ndarray, seed: int = 0) -> np.ndarray:

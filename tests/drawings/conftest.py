@@ -45,10 +45,10 @@ def draw():
 @pytest.fixture
 def figures(monkeypatch):
     """Keep the figures that would be saved, without saving: picture's name -> figure."""
-    from hrcneuro.figures import erp, ersp, style
+    from hrcneuro.figures import erp, erp_image, ersp, style
 
     kept = {}
-    for module in (erp, ersp, style):
+    for module in (erp, erp_image, ersp, style):
         monkeypatch.setattr(module, "save", lambda figure, path: kept.update({path.name: figure}))
     return kept
 

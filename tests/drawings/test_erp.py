@@ -8,7 +8,9 @@ import pytest
 
 from hrcneuro import drawings
 from hrcneuro.eeg.evoked import subtract_baseline
+from hrcneuro.figures import erp_panels
 from hrcneuro.io.fif import read_epochs, read_evokeds
+from hrcneuro.io.tables import read_lists, read_table
 from hrcneuro.stages import erp
 
 pytestmark = pytest.mark.filterwarnings("ignore:The inplace keyword")
@@ -48,7 +50,7 @@ def test_the_group_shows_the_mean_difference_with_its_interval(five, draw, figur
     wave, low, high = panel(figures["erp.png"])
     np.testing.assert_allclose(wave, np.mean(waves, axis=0), atol=1e-4)
     assert (low, high) == pytest.approx((interval.low.min(), interval.high.max()), abs=1e-4)
-    assert "p < 0.05 by sign flips over subjects, extreme statistics" in foot(figures["erp.png"])
+    assert "nothing shown is significant (p < 0.05 by sign flips over subjects, extreme" in foot(figures["erp.png"])
     assert "its 95% interval" in foot(figures["erp.png"])
 
 
@@ -71,9 +73,11 @@ def test_every_picture_is_drawn_and_the_same_table_gives_the_same_bytes(five, dr
     for name in ("a", "b"):
         drawn = draw("erp", "group", tmp_path / name, {"erp": SMALL}, erp=five["group"])
         assert drawn == {"erp", "erp_scenarios", "erp_strata"}
-        assert draw("erp", "s01", tmp_path / name / "s01", {"erp": SMALL}, erp=five["s01"]) == {"erp_subject"}
+        entries = {"erp": five["s01"], "epoch": five["s01"].parents[1] / "epoch" / "s01"}
+        drawn = draw("erp", "s01", tmp_path / name / "s01", {"erp": SMALL}, **entries)
+        assert drawn == {"erp_subject", "erp_image"}
     files = [path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*.*")]
-    assert len(files) == 8
+    assert len(files) == 11
     for path in files:
         assert (tmp_path / "a" / path).read_bytes() == (tmp_path / "b" / path).read_bytes(), path
 
@@ -113,9 +117,69 @@ def test_regressed_averages_and_single_subjects_have_no_bands(study, draw, figur
     waves = [axes for axes in figures["erp.png"].axes if axes.get_xlim()[0] < 0 and len(axes.lines) > 2]
     assert len(waves) == 2
     assert not any(axes.collections for axes in waves)
+    assert "bands" not in foot(figures["erp.png"])
+
+
+def test_the_erp_image_holds_the_trials_in_the_order_of_the_next_onset(five, draw, figures, tmp_path):
+    entries = {"erp": five["s01"], "epoch": five["s01"].parents[1] / "epoch" / "s01"}
+    draw("erp", "s01", tmp_path, {"erp": SMALL}, **entries)
+    epochs = read_epochs(entries["epoch"] / "s01_epo.fif")
+    data = subtract_baseline(epochs.get_data(copy=True)[:, epochs.ch_names.index("Cz")] * 1e6, epochs.times, (-0.2, 0))
+    own = (epochs.metadata["condition_before"] == "RH").to_numpy()
+    order = np.argsort(epochs.metadata["soa_s"].to_numpy()[own], kind="stable")
+    image = figures["erp_image.png"].axes[0]
+    table = read_table(tmp_path / "erp_image.parquet", ["contrast", "condition", "channel", "n", "gap_s"])
+    lines = read_lists(tmp_path / "erp_image.parquet", "mean_uv")
+    rows = (table["condition"] == "RH_before").to_numpy()
+    # So few trials are a line each.
+    assert set(table["n"]) == {1}
+    np.testing.assert_allclose(lines[rows], data[own][order], atol=1e-3)
+    np.testing.assert_allclose(image.images[0].get_array(), lines[rows], atol=1e-4)
+    np.testing.assert_allclose(image.lines[1].get_xdata(), 1000 * np.sort(epochs.metadata["soa_s"].to_numpy()[own]))
+    assert set(table["contrast"]) == {"RH-RR_before"}
+
+
+def test_without_epochs_the_erp_image_is_left_out(five, draw, figures, tmp_path):
+    draw("erp", "s01", tmp_path, {"erp": SMALL}, erp=five["s01"])
+    assert set(figures) == {"erp_subject.png"}
+
+
+def test_the_largest_difference_has_a_map_even_after_the_shortest_gap():
+    times = np.arange(-20, 121) / 100
+    bumps = [(0.1, 3.0), (0.2, 4.0), (0.3, 5.0), (0.45, 2.0), (0.9, 9.0), (1.1, 8.0)]
+    values = sum(size * np.exp(-(((times - at) / 0.02) ** 2)) for at, size in bumps) * np.array([[1.0], [-1.0]])
+    shown = erp_panels.PanelSettings(times, 0, 0.6, (), 0.95)
+    found = [one.time for one in erp_panels._maps(values, None, shown, 0.6)]
+    # The largest of all, then the three largest of those before the next onset may fall.
+    assert found == pytest.approx([0.1, 0.2, 0.3, 0.9])
+    found = [one.time for one in erp_panels._maps(values, None, shown, float("nan"))]
+    assert found == pytest.approx([0.2, 0.3, 0.9, 1.1])
+
+
+def test_the_shown_waves_largest_point_has_a_map_too():
+    times = np.arange(-20, 121) / 100
+    waves = [(0, 0.8, 6.0), (1, 0.1, 20.0), (1, 0.2, 15.0), (1, 0.3, 12.0), (1, 0.4, 10.0)]
+    values = np.zeros((2, len(times)))
+    for channel, at, size in waves:
+        values[channel] += size * np.exp(-(((times - at) / 0.02) ** 2))
+    shown = erp_panels.PanelSettings(times, 0, 0.6, (), 0.95)
+    assert [m.time for m in erp_panels._maps(values, None, shown, 0.6)] == pytest.approx([0.1, 0.2, 0.3, 0.8])
+
+
+def test_where_no_channel_has_a_place_there_is_no_line_at_a_maps_time(study, draw, figures, tmp_path):
+    config = dataclasses.replace(SMALL, strata=())
+    folders = study(tmp_path, erp, config, 2, channels=("E1", "E2", "E3", "E4"))
+    draw("erp", "group", tmp_path / "drawn", {"erp": config}, erp=folders["group"])
+    upright = [
+        line
+        for axes in figures["erp.png"].axes
+        for line in axes.lines
+        if len(line.get_xdata()) == 2 and line.get_xdata()[0] == line.get_xdata()[1] != 0
+    ]
+    assert not upright
 
 
 def test_what_people_are_told_of_the_pictures_is_what_is_drawn():
     drawn = drawings.load("erp")
-    assert set(drawn.subject.captions) == {"erp_subject.png"}
+    assert set(drawn.subject.captions) == {"erp_subject.png", "erp_image.png"}
     assert list(drawn.group.captions) == ["erp.png", "erp_scenarios.png", "erp_strata.png"]

@@ -34,8 +34,40 @@ def test_the_group_shows_the_tested_differences_of_the_chosen_channels(five, dra
     (shown,) = images(figures["ersp.png"])
     width = read_lists(stats, "difference_uv").shape[1]
     np.testing.assert_allclose(shown[:, :width], read_lists(stats, "difference_uv")[rows])
-    assert "full colour: p < 0.05 by sign flips over subjects" in foot(figures["ersp.png"])
+    # Five subjects have 32 sign flips: no p is below 0.06.
+    assert "nothing shown is significant (p < 0.05 by sign flips over subjects" in foot(figures["ersp.png"])
     assert len(images(figures["ersp_scenarios.png"])) == 2
+
+
+def test_titles_of_rows_stand_above_the_channels_names_and_use_words(five, draw, figures, tmp_path):
+    draw("ersp", "group", tmp_path, {"ersp": SMALL}, ersp=five["group"])
+    figure = figures["ersp_strata.png"]
+    figure.canvas.draw()
+    titles = [text for text in figure.texts if ", n = " in text.get_text()]
+    channels = [text for axes in figure.axes for text in axes.texts if text.get_text() in SMALL.channels]
+    assert len(channels) == 2 * len(titles)
+    assert {text.get_text().split(":")[0] for text in titles} <= {
+        f"{place}, {words}"
+        for place in ("iC", "sC")
+        for words in ("after no error", "after an error", "no turn ahead", "turn ahead")
+    }
+    boxes = [text.get_window_extent() for text in (*titles, *channels)]
+    assert not [(a, b) for i, a in enumerate(boxes) for b in boxes[:i] if a.overlaps(b)]
+
+
+@pytest.mark.parametrize("found", [True, False])
+def test_colours_fade_only_where_something_else_is_significant(found, figures, tmp_path):
+    from hrcneuro.figures import ersp as figure_of
+
+    rng = np.random.default_rng(0)
+    values, significant = rng.normal(size=(2, 1, 5, 20)), np.zeros((2, 1, 5, 20), bool)
+    significant[0, 0, 2, 3:8] = found
+    rows = [figure_of.MapRow(f"row {i}", values[i], significant[i]) for i in range(2)]
+    shown = figure_of.MapSettings(("Cz",), np.arange(4.0, 9.0), np.arange(20) / 20, 0.7)
+    figure_of.draw(rows, shown, tmp_path / "x.png", unit="µV", note="")
+    alphas = [np.unique(image.get_alpha()) for axes in figures["x.png"].axes[:2] for image in axes.images]
+    assert [len(alpha) for alpha in alphas] == ([2, 1] if found else [1, 1])
+    assert (alphas[1][0] < 1) == found
 
 
 def test_a_subject_shows_its_differences(five, draw, figures, tmp_path):

@@ -1,17 +1,18 @@
 """The pictures of preprocess, and the one that joins it with acquire, from files that a stage has written."""
 
-from types import SimpleNamespace
-
 import mne
 import numpy as np
+import pandas as pd
 import pytest
 
-from hrcneuro.contract import Inputs, Of
+from hrcneuro.contract import Inputs, Of, chosen
 from hrcneuro.drawings import preprocess as one
 from hrcneuro.drawings import quality as joint
+from hrcneuro.figures import spectrum as figure_of
 from hrcneuro.io import fif
 from hrcneuro.io.tables import read_table
 from hrcneuro.stages import preprocess
+from hrcneuro.tables.quality import read_spectrum
 
 NAMES = ["Fp1", "Fp2", "C3", "C4", "O1", "O2", "T7", "T8"]
 
@@ -51,12 +52,30 @@ def is_picture(path):
 def test_a_subjects_channels_are_drawn_from_its_table_alone(study, tmp_path):
     table = tmp_path / "table"
     table.mkdir()
-    (study["preprocess"]["s01"] / "quality.parquet").rename(table / "quality.parquet")
+    for name in ("quality.parquet", "spectrum.parquet"):
+        (study["preprocess"]["s01"] / name).rename(table / name)
     out = tmp_path / "out"
     out.mkdir()
-    one.draw(SimpleNamespace(preprocess=SimpleNamespace(threshold=2.0)), Inputs.of("s01", preprocess=table), out)
-    assert sorted(path.name for path in out.iterdir()) == ["quality.pdf", "quality.png"]
-    assert is_picture(out / "quality.png")
+    config = chosen({"preprocess": preprocess.Config()}, one.DRAWINGS.subject.options)
+    one.draw(config, Inputs.of("s01", preprocess=table), out)
+    assert {path.name for path in out.glob("*.png")} == set(one.DRAWINGS.subject.captions)
+    assert all(is_picture(path) for path in out.glob("*.png"))
+    spectra = read_spectrum(table / "spectrum.parquet")
+    band = [(low <= signal.index) & (signal.index <= high) for signal in spectra.values() for low, high in ((45, 60),)]
+    before, after = (signal[rows].median(axis=None) for signal, rows in zip(spectra.values(), band, strict=True))
+    # The band-pass ends at 40 Hz.
+    assert after < before / 1000
+
+
+@pytest.mark.parametrize("loud", [1.0, 30.0])
+def test_a_channel_far_above_the_others_is_named_in_the_spectra(loud, monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr(figure_of, "save", lambda figure, path: drawn.append(figure))
+    hz = np.arange(1, 121) / 2
+    power = pd.DataFrame(np.outer(1 / hz, [1.0, 1.2, loud]), index=hz, columns=["C3", "C4", "FC5"])
+    figure_of.draw({"recorded": power, "clean": power}, (1.0, 40.0), tmp_path / "x.png")
+    named = [text.get_text() for axes in drawn[0].axes for text in axes.texts]
+    assert named == (["FC5", "FC5"] if loud > 3 else [])
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ import pytest
 
 from hrcneuro.contract import Inputs, chosen
 from hrcneuro.drawings import moves, robot
-from hrcneuro.io.tables import write_table
+from hrcneuro.figures import robot as figure_of
+from hrcneuro.io.tables import read_table, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.stages import robot as stage
 from hrcneuro.tables.trials import TRIALS, study_trials
@@ -80,7 +81,24 @@ def test_a_session_without_a_finished_move_is_drawn(folders, tmp_path):
         table.to_parquet(tmp_path / "robot" / place.name)
     (tmp_path / "out").mkdir()
     robot.draw(options(), Inputs.of("s01", robot=tmp_path / "robot"), tmp_path / "out")
-    assert set(drawn(tmp_path / "out")) == set(robot.DRAWINGS.subject.captions)
+    # On a virtual clock nothing of its timing is left to show.
+    assert set(drawn(tmp_path / "out")) == set(robot.DRAWINGS.subject.captions) - {"timing.png"}
+
+
+@pytest.mark.parametrize("real", [True, False])
+def test_timing_shows_cycles_and_markers_only_where_a_clock_runs(folders, real):
+    tables = {name: read_table(folders["robot"] / f"{name}.parquet") for name in ("telemetry", "moves", "timing")}
+    if real:
+        rng = np.random.default_rng(1)
+        tables["telemetry"]["time_s"] += rng.uniform(0, 1e-3, len(tables["telemetry"]))
+        tables["moves"]["marker_latency_ms"] = rng.uniform(0.1, 0.3, len(tables["moves"]))
+    else:
+        tables["moves"][["marker_latency_ms", "stim_latency_ms"]] = 1e-9
+    panels, note = figure_of._timing_panels(tables["telemetry"], tables["moves"], tables["timing"])
+    ours = {"onset commanded to marker", "control cycle", "cycles in the session"}
+    assert (ours <= {title for title, _ in panels}) == real
+    assert bool(ours & {title for title, _ in panels}) == real
+    assert ("a virtual clock: every control cycle lasts 8 ms" in note) == (not real)
 
 
 def test_the_moves_of_all_subjects_are_joined(folders, tmp_path):

@@ -13,34 +13,77 @@ SWEEP = {"accuracy": (55.0, 80.0), "period": (0.0, 4.0), "alpha": (0.05, 0.2)}
 
 
 def computed(folder, **changes):
-    """Return the configuration and the group's files."""
+    """Return the configuration, the group's files and the sweep's."""
     from dataclasses import replace
 
     config = replace(SMALL, **changes)
+    group = folder / "group"
+    group.mkdir()
+    simulate.run_group(config, Inputs("group", {}), group)
+    return SimpleNamespace(simulate=config), Inputs.of("group", simulate=group)
+
+
+def swept(folder, **axes):
+    """Return the configuration and the sweep's files."""
+    from dataclasses import replace
+
+    config = replace(SMALL, sweep=axes)
     parts = {unit: folder / unit for unit in simulate.parts(config)}
     for unit, where in parts.items():
         where.mkdir()
         simulate.run_part(config, Inputs(unit, {}), where)
-    group = folder / "group"
-    group.mkdir()
-    simulate.run_group(config, Inputs.of("group", simulate=parts), group)
-    return SimpleNamespace(simulate=config), Inputs.of("group", simulate=group)
-
-
-def drawn(config, files, out):
+    out = folder / "sweep"
     out.mkdir()
-    drawing.DRAWINGS.group.draw(config, files, out)
+    simulate.run_sweep(config, Inputs.of("sweep", simulate=parts), out)
+    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.sweep.options}
+    given = SimpleNamespace(simulate=SimpleNamespace(**{name: getattr(config, name) for name in options}))
+    return given, Inputs.of("sweep", simulate=out)
+
+
+def drawn(config, files, out, which="group"):
+    out.mkdir()
+    getattr(drawing.DRAWINGS, which).draw(config, files, out)
     return {p.name: p.read_bytes() for p in out.iterdir()}
 
 
 def test_every_picture_is_drawn_from_the_tables_and_with_the_same_bytes_again(tmp_path):
-    config, files = computed(tmp_path, sweep=SWEEP)
-    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.group.options}
-    given = SimpleNamespace(simulate=SimpleNamespace(**{name: getattr(config.simulate, name) for name in options}))
-    found = drawn(given, files, tmp_path / "one")
+    _, files = computed(tmp_path)
+    found = drawn(None, files, tmp_path / "one")
     names = set(drawing.DRAWINGS.group.captions)
     assert set(found) == names | {name.replace(".png", ".pdf") for name in names}
-    assert drawn(given, files, tmp_path / "two") == found
+    assert drawn(None, files, tmp_path / "two") == found
+
+
+def test_a_sweep_is_drawn_with_the_same_bytes_again(tmp_path):
+    given, files = swept(tmp_path, **SWEEP)
+    found = drawn(given, files, tmp_path / "one", "sweep")
+    assert set(found) == {"sweep.png", "sweep.pdf"}
+    assert drawn(given, files, tmp_path / "two", "sweep") == found
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"accuracy": (55.0, 80.0)},
+        {"accuracy": (55.0,)},
+        {"alpha": (0.01, 0.2)},
+        {"period": (0.0, 4.0)},
+        {"alpha": (0.01, 0.2), "subtasks": (2.0, 4.0)},
+        {"accuracy": (50.0, 51.0), "tau": (0.1, 0.2)},
+        {"subtasks": (2.0, 4.0), "chosen": (1.0, 2.0, 3.0)},
+    ],
+    ids=lambda axes: " ".join(axes),
+)
+def test_every_sweep_has_a_picture_with_lines_or_areas_in_each_panel(tmp_path, monkeypatch, axes):
+    from hrcneuro.figures import sweep
+
+    kept = []
+    monkeypatch.setattr(sweep, "save", lambda figure, path: kept.append(figure))
+    given, files = swept(tmp_path, **axes)
+    drawn(given, files, tmp_path / "out", "sweep")
+    panels = [axes for axes in kept[0].axes if axes.get_xlabel()]
+    assert panels
+    assert all(panel.lines or panel.collections for panel in panels)
 
 
 @pytest.mark.parametrize(

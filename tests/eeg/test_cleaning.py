@@ -291,3 +291,45 @@ def test_a_rate_without_a_simple_ratio_is_recorded(signals):
     cleaned, _ = run(dataclasses.replace(signals, sfreq=1000.1))
     assert cleaned.ratio.sfreq == pytest.approx(512, abs=0.01)
     assert any("no simple ratio" in note for note in cleaned.warnings)
+
+
+@pytest.fixture
+def one_noisy(signals):
+    """Signals whose channels go with each other, but c5, which is noise of usual size from beginning to end."""
+    rng = np.random.default_rng(3)
+    eeg = rng.uniform(0.5, 1.5, (8, 2)) @ (20 * rng.standard_normal((2, 6000))) + 3 * rng.standard_normal((8, 6000))
+    eeg[5] = 20 * rng.standard_normal(6000)
+    signals.data[:8] = eeg
+    return signals
+
+
+def test_a_steadily_noisy_channel_is_flagged_and_nothing_else_is_done(one_noisy):
+    strict = dataclasses.replace(PARAMS, noisy_deviation=0.1, noisy_correlation=1.0)
+    data = one_noisy.data.copy()
+    cleaned, _ = run(one_noisy)
+    assert cleaned.noise.reason == ["", "", "", "", "", "correlation", "", ""]
+    assert "noisy" not in cleaned.reason
+    again, _ = run(dataclasses.replace(one_noisy, data=data), strict)
+    assert again.noise.noisy.all()
+    np.testing.assert_array_equal(again.eeg, cleaned.eeg)
+
+
+def test_a_steadily_noisy_channel_is_replaced_where_that_is_asked_for(one_noisy):
+    params = dataclasses.replace(PARAMS, noisy="replace", bad_channels="none")
+    cleaned, steps = run(one_noisy, params)
+    assert cleaned.reason == ["", "", "", "", "", "noisy", "", ""]
+    good, at = [0, 1, 2, 3, 4, 6, 7], one_noisy.positions
+    matrix = interpolation.weights(at[good], at[[5]], method=params.interpolation)
+    np.testing.assert_allclose(steps["interpolated"][5], (matrix @ steps["eog"][good])[0], atol=1e-9)
+
+
+def test_where_all_channels_are_noisy_none_is_left_to_clean(one_noisy):
+    params = dataclasses.replace(PARAMS, noisy="replace", noisy_correlation=1.0)
+    with pytest.raises(refusals.AllRejectedError, match=r"all 8 EEG channels are bad: .*c7 \(noisy\)"):
+        run(one_noisy, params)
+
+
+def test_a_channel_marked_before_is_not_compared(one_noisy):
+    cleaned, _ = run(dataclasses.replace(one_noisy, marked=frozenset(["c5"])))
+    assert cleaned.noise.reason == [""] * 8
+    assert np.isnan([cleaned.noise.deviation[5], cleaned.noise.alone[5]]).all()

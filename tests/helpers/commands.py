@@ -2,7 +2,7 @@
 
 COMMANDS = [
     *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"]),
-    *(["run"], ["status"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
+    *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
     ["ur10", "serve"],
 ]

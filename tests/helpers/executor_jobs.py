@@ -28,8 +28,8 @@ def wait_for_a_file(path):
 def work_in_a_folder(folder, unwinding_s=0.0):
     """Make a folder, work for a minute, and remove the folder however that ends."""
     mine = folder / f"work-{os.getpid()}"
-    mine.mkdir()
     try:
+        mine.mkdir()  # within: the test interrupts as soon as it sees the folder
         time.sleep(60)
     finally:
         (folder / f"unwinding-{os.getpid()}").touch()

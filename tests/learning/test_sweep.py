@@ -5,7 +5,7 @@ import pytest
 
 from hrcneuro.learning.grid import GridPoint, grid, parts
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.sweep import columns, run_points
+from hrcneuro.learning.sweep import columns, episodes_in_time, needed, run_points
 
 BASE = GridPoint(events=10, subtasks=4, chosen=2, period=0, accuracy=57.0, alpha=0.05, tau=0.1)
 RUN = {"episodes": 40, "repetitions": 60, "seed": 1}
@@ -83,3 +83,27 @@ def test_columns_are_flat_and_missing_is_nan():
     assert table["accuracy"].tolist() == [50, 80]
     assert np.isnan(table["episode"]).tolist() == [True, False]
     assert (table["final_half_width"] > 0).all()
+
+
+def test_what_is_needed_lies_where_the_line_between_two_values_crosses_the_level():
+    found = needed(np.array([50.0, 60.0, 70.0]), np.array([0.5, 0.7, 0.9]), np.array([0.1, 0.1, 0.1]))
+    assert (found.accuracy, found.low, found.high) == pytest.approx((65, 60, 70))
+    assert (found.below, found.above) == (60, 70)
+
+
+def test_what_is_needed_may_lie_outside_what_was_swept():
+    accuracy, half = np.array([50.0, 60.0]), np.array([0.05, 0.05])
+    least = needed(accuracy, np.array([0.9, 0.95]), half)
+    assert (least.accuracy, least.above) == (50, 50)
+    assert np.isnan(least.below)
+    most = needed(accuracy, np.array([0.5, 0.78]), half)
+    assert np.isnan([most.accuracy, most.high, most.above]).all()
+    assert 50 < most.low < most.below == 60
+
+
+@pytest.mark.parametrize(
+    ("events", "trial_s", "episodes", "last"),
+    [(10, 1.0, 200, 60), (10, 2.0, 200, 30), (7, 1.0, 200, 85), (10, 1.0, 40, 40), (1000, 2.0, 40, 1)],
+)
+def test_ten_minutes_are_so_many_episodes(events, trial_s, episodes, last):
+    assert episodes_in_time(events, trial_s, episodes) == last

@@ -9,9 +9,9 @@ import pytest
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings, Shared, StudyOptions
-from hrcneuro.contract import Caption, Drawing, Drawings, Of, Parts, Read, Stage, Work, option
+from hrcneuro.contract import Caption, Drawing, Drawings, Of, Read, Stage, Sweep, Work, option
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.pipeline import graph, walk
+from hrcneuro.pipeline import graph, swept, walk
 from hrcneuro.pipeline.executors import Serial
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -27,6 +27,10 @@ def toy(name, **parts):
     return Stage(name, name.title(), Config, (), lambda config: [], **parts)
 
 
+def pieces(config):
+    return ("part-1", "part-2") if config.gain > 1 else ()
+
+
 class House:
     """Toy stages and drawings that note what they compute."""
 
@@ -38,7 +42,7 @@ class House:
             "source": toy("source", subject=Work(self.source)),
             "scale": toy("scale", subject=Work(self.scale, (Read("source", ("x.txt",)),))),
             "total": toy("total", group=Work(self.total, (Read("scale", ("*.txt",), Of.INCLUDED),))),
-            "long": toy("long", group=Work(self.long), parts=Parts(lambda config: ("part-1", "part-2"), self.part)),
+            "long": toy("long", group=Work(self.short), sweep=Sweep(pieces, self.part, self.long, ("gain",))),
         }
 
     def draws(self, name):
@@ -72,6 +76,10 @@ class House:
     def part(self, config, inputs, out):
         self.calls.append(("long", inputs.unit))
         (out / "part.txt").write_text(inputs.unit)
+        return {}
+
+    def short(self, config, inputs, out):
+        (out / "short.txt").write_text("x")
         return {}
 
     def long(self, config, inputs, out):
@@ -311,11 +319,24 @@ def test_moving_the_working_folder_keeps_every_hit(house, tmp_path):
     assert set(states(bring(settings(), Workdir(tmp_path / "there"))).values()) == {"hit"}
 
 
-def test_a_long_group_is_cut_into_parts_that_are_kept(house, workdir):
-    first = bring(settings(), workdir, names=("long",))
-    assert states(first) == {"long part-1": "ran", "long part-2": "ran", "long group": "ran"}
+def test_a_sweep_is_kept_in_pieces_and_leaves_the_group_as_it_is(house, workdir):
+    assert states(bring(settings(), workdir, names=("long",))) == {"long group": "ran"}
+    asked = settings(long=2)
+    first = bring(asked, workdir, names=("long",))
+    assert states(first) == {"long part-1": "ran", "long part-2": "ran", "long group": "hit", "long sweep": "ran"}
     assert first[-1].summary == {"units": ["part-1", "part-2"]}
-    assert set(states(bring(settings(), workdir, names=("long",))).values()) == {"hit"}
+    assert set(states(bring(asked, workdir, names=("long",))).values()) == {"hit"}
+    assert states(bring(settings(), workdir, names=("long",))) == {"long group": "hit"}
+
+
+def test_the_last_sweep_is_remembered_where_none_is_asked_for(house, workdir):
+    assert swept.remembered(settings(), workdir).sections["long"].gain == 1
+    bring(settings(long=2), workdir, names=("long",))
+    assert swept.remembered(settings(), workdir).sections["long"].gain == 2
+    assert swept.remembered(settings(long=3), workdir).sections["long"].gain == 3
+    pointer = workdir.results / "sweep" / "long.json"
+    pointer.write_text(pointer.read_text().replace('"gain": 2', '"gain": "two"'))
+    assert swept.remembered(settings(), workdir).sections["long"].gain == 1
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_the_new_stage_has_a_chapter_in_the_report(copy):
     page = (copy.work / "study" / "results" / "report.html").read_text(encoding="utf-8")
     assert re.search(r"<h2>\s*Pace\s*</h2>", page)
     assert "From one onset to the next, by who made the first move" in page
-    assert (copy.work / "study" / "results" / "figures" / "s01" / "pace_pace.png").is_file()
+    assert len(list((copy.work / "study" / "results" / "reports").glob("*/figures/s01/pace_pace.png"))) == 1
 
 
 def test_the_new_stage_has_options_and_help(copy):

@@ -37,15 +37,14 @@ def test_help_lists_every_command(hrcneuro):
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, words):
-    for name in ("configs", "pipelines"):
-        (tmp_path / name).symlink_to(ROOT / name)
+    # Outside the repository: who installed a wheel has no other files than the program's own.
     done = hrcneuro(*words, "--help")
     assert done.code == 0
     found = examples(done.out)
     assert len(found) == 2
     for example in found:
         arguments = shlex.split(example)
-        given = [] if words == ["run"] or "--config" in arguments else ["--config", "configs/smoke.toml"]
+        given = [] if words == ["run"] or "--config" in arguments else ["--config", "smoke"]
         if arguments[:1] == ["run"] and len(arguments) == 1:
             given = ["--dry-run"]
         if "ursim" in arguments:
@@ -131,9 +130,13 @@ def test_the_version_is_printed(hrcneuro):
         (["epoch", "-j", "-3"], 2, ["-j -3", "at least 1"]),
         (["epoch", "--executor", "procesess"], 2, ["did you mean 'processes'"]),
         (["epoch", "--config", "nowhere.toml"], 2, ["nowhere.toml does not exist"]),
+        (["epoch", "--config", "smok"], 2, ["no configuration has the name 'smok' (did you mean 'smoke'?)", "paper"]),
+        (["run", "smoke.tml"], 2, ["smoke.tml does not exist"]),
+        (["run", "papr"], 2, ["no pipeline has the name 'papr' (did you mean 'paper'?)"]),
         (["run", "nowhere.toml"], 2, ["nowhere.toml does not exist"]),
         (["path", "epok", "s01"], 2, ["did you mean 'epoch'"]),
         (["path", "epoch", "s01"], 3, ["has not run", "hrcneuro epoch s01"]),
+        (["show", "epoch", "s1"], 2, ["unknown subject 's1'", "did you mean 's01'"]),
         (["config", "show", "epok"], 2, ["did you mean 'epoch'"]),
         (["simulate", "--set", "simulate.repetitons=3"], 2, ["did you mean 'repetitions'"]),
         (["epoch", "s01", "--set", "acquire.source=dataset", "--set", "acquire.path=nowhere"], 3, ["nowhere"]),
@@ -172,6 +175,14 @@ def test_what_is_read_back_from_a_study_is_one_json_document(hrcneuro, smoke, wo
     done = hrcneuro(*words, "--json", "--config", "configs/smoke.toml", "--workdir", smoke)
     assert done.code == 0, done.err
     assert Path(done.json[words[0]]).exists()
+
+
+def test_a_report_of_what_has_not_run_is_refused(hrcneuro, tmp_path):
+    done = hrcneuro("report", "--json", "--config", "configs/smoke.toml", "--workdir", tmp_path)
+    assert done.code == 3
+    assert "nothing of this configuration (smoke-" in done.json["error"]["problem"]
+    assert "hrcneuro run" in done.json["error"]["cure"]
+    assert not (tmp_path / "results" / "report.html").exists()
 
 
 def test_path_prints_where_an_artifact_lies(hrcneuro, smoke):
@@ -218,8 +229,70 @@ def test_status_names_the_parameter_and_says_fresh(hrcneuro, smoke):
     assert "stale" in done.out
 
 
+@pytest.mark.parametrize("words", [[], *COMMANDS], ids=" ".join)
+def test_h_is_short_for_help_and_no_summary_is_cut(hrcneuro, words):
+    short = hrcneuro(*words, "-h")
+    assert short.code == 0
+    assert short.out == hrcneuro(*words, "--help").out
+    assert not re.search(r"\.\.\.$", short.out.partition("Commands:")[2], flags=re.M)
+
+
+def test_show_prints_the_numbers_of_every_stage_and_computes_nothing(hrcneuro, smoke):
+    given = ("--config", "configs/smoke.toml", "--workdir", smoke)
+    for (stage,) in COMMANDS[:8]:
+        done = hrcneuro("show", stage, *given)
+        assert done.code == 0, done.err
+        assert done.out.startswith(f"{stage}, ")
+        assert "None" not in done.out
+        assert done.err == ""
+    assert "trials by condition" in hrcneuro("show", "epoch", "s01", *given).out
+    shown = hrcneuro("show", "decode", "group", "--json", *given).json
+    assert set(shown["units"]["group"]) >= {"iC", "sC"}
+    other = hrcneuro("show", "epoch", "s01", *given, "--set", "epoch.reject_uv=900")
+    assert "trials by condition" in other.out
+    assert "params: epoch.reject_uv 1000.0 -> 900.0" in other.err
+
+
+def test_show_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcneuro, tmp_path):
+    given = ("--workdir", tmp_path, "--no-figures", "--set", "simulate.repetitions=2", "--set", "simulate.episodes=20")
+    other = (*given, "--set", "simulate.seed=7")
+    first = hrcneuro("simulate", *given).out
+    second = hrcneuro("simulate", *other).out
+    assert first != second
+    shown = hrcneuro("show", "simulate", *given)
+    assert first.startswith(shown.out.partition("\n")[0])
+    assert shown.err == ""
+    assert shown.out != hrcneuro("show", "simulate", *other).out
+    third = hrcneuro("show", "simulate", *given, "--set", "simulate.seed=8")
+    assert third.out == hrcneuro("show", "simulate", *other).out
+    assert "the configuration asks for something else by now" in third.err
+
+
+def test_what_a_stage_ends_with_is_what_show_prints(hrcneuro, smoke):
+    given = ("--config", "configs/smoke.toml", "--workdir", smoke)
+    for words in (["epoch", "s01"], ["decode", "group"]):
+        assert hrcneuro(*words, *given).out == hrcneuro("show", *words, *given).out
+    assert hrcneuro("epoch", "s01", "-q", *given).out == ""
+
+
+def test_show_of_what_has_never_run_names_the_cure(hrcneuro, tmp_path):
+    for words, cure in ((["decode"], "hrcneuro decode SUBJECT"), (["decode", "s01"], "hrcneuro decode s01")):
+        done = hrcneuro("show", *words, "--workdir", tmp_path)
+        assert (done.code, done.out) == (3, "")
+        assert "has not run" in done.err
+        assert cure in done.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dry_run_and_a_status_are_what_was_asked_for(hrcneuro, tmp_path):
+    for words in (["epoch", "s01", "--dry-run"], ["status"]):
+        done = hrcneuro(*words, "--workdir", tmp_path)
+        assert (done.code, done.err) == (0, "")
+        assert "never run" in done.out
+
+
 def test_a_dry_run_writes_nothing(hrcneuro, tmp_path):
-    assert "would write" in hrcneuro("report", "--dry-run", "--workdir", str(tmp_path)).err
+    assert "would write" in hrcneuro("report", "--dry-run", "--workdir", str(tmp_path)).out
     damaged = tmp_path / "cache" / "acquire" / "s01" / ("0" * 16)
     damaged.mkdir(parents=True)
     assert hrcneuro("cache", "verify", "--dry-run", "--workdir", str(tmp_path)).code == 3

@@ -13,6 +13,11 @@ from tiny_study import alive, half_written, kill_group, wait_for
 
 # Somebody who pressed Ctrl-C waits this long; generous, since test machines are shared.
 SOON_S = 15.0
+# What is not an interrupt to everybody: as a shell shows it.
+ENDS = {
+    signal.SIGQUIT: (131, "ended by SIGQUIT (Ctrl-\\)"),
+    signal.SIGXCPU: (152, "ended by SIGXCPU: the limit of processor time is reached"),
+}
 
 
 @pytest.fixture
@@ -65,12 +70,17 @@ def test_after_kill_9_at_random_instants_all_entries_verify_and_the_next_run_com
     ("number", "whole_group", "arguments"),
     [
         (signal.SIGINT, True, ("-j", "2")),
+        (signal.SIGQUIT, True, ("-j", "2")),
         (signal.SIGTERM, False, ("-j", "2", "--json")),
         (signal.SIGTERM, True, ("-j", "2")),
         (signal.SIGINT, False, ("--executor", "serial", "--json")),
         (signal.SIGHUP, False, ("--executor", "serial")),
+        (signal.SIGXCPU, False, ("--executor", "serial", "--json")),
     ],
-    ids=["ctrl-c", "terminate", "terminate-all", "ctrl-c-serial", "hang-up-serial"],
+    ids=[
+        *("ctrl-c", "ctrl-backslash", "terminate", "terminate-all", "ctrl-c-serial", "hang-up-serial"),
+        "limit-serial",
+    ],
 )
 def test_an_interrupt_ends_it_soon_and_leaves_nothing_half_written(run, tiny, number, whole_group, arguments):
     process = run(*arguments)
@@ -79,14 +89,15 @@ def test_an_interrupt_ends_it_soon_and_leaves_nothing_half_written(run, tiny, nu
     os.killpg(process.pid, number) if whole_group else process.send_signal(number)
     out, err = process.communicate(timeout=60)
     assert time.monotonic() - begin < SOON_S
-    assert process.returncode == 130
+    assert process.returncode == ENDS.get(number, (130,))[0]
     assert half_written(tiny) == []
     wait_for(lambda: not alive(process.pid), seconds=2)
     assert "the same command goes on from here" in err
+    assert ENDS.get(number, (130, "interrupted"))[1] in err
     assert "Traceback" not in err
     assert "Warning" not in err
     if "--json" in arguments:
-        assert json.loads(out)["error"]["problem"] == "interrupted"
+        assert json.loads(out)["error"]["problem"] == ENDS.get(number, (130, "interrupted"))[1]
 
 
 def test_a_killed_worker_costs_its_own_job_only(hrcneuro, run, tiny):

@@ -11,6 +11,7 @@ import urllib.parse
 import pytest
 from commands import COMMANDS
 from tiny_study import ROOT
+from transcripts import blocks, printed, steps
 
 DATA = ROOT.parent / "shared" / "data" / "HRC_neurobased_taskplanning"
 TUTORIAL = ROOT / "docs" / "start" / "tutorial.md"
@@ -33,7 +34,7 @@ class Page(html.parser.HTMLParser):
 @pytest.fixture(scope="module")
 def generated():
     """The module that makes parts of pages from the code."""
-    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "_ext" / "generated.py")
+    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -68,6 +69,13 @@ def test_links_of_the_pages_beside_the_site_lead_somewhere(name):
     assert [link for link in links if not (ROOT / link.partition("#")[0]).exists()] == []
 
 
+def test_what_is_made_from_the_code_is_up_to_date(generated):
+    pages = {path: path.read_text() for path in sorted((ROOT / "docs").rglob("*.md"))}
+    assert sum("<!-- made from the code" in page for page in pages.values()) == 9
+    behind = [path.name for path, page in pages.items() if generated.anew(page) != page]
+    assert behind == [], "python docs/generated.py writes them anew"
+
+
 def test_every_option_is_documented(generated):
     import dataclasses
 
@@ -75,8 +83,8 @@ def test_every_option_is_documented(generated):
 
     for stage in stages.NAMES:
         page = (ROOT / "docs" / "stages" / f"{stage}.md").read_text()
-        assert f"```{{options}} {stage}\n```" in page
-        assert f"```{{artifacts}} {stage}\n```" in page
+        assert f"<!-- made from the code: options {stage} -->" in page
+        assert f"<!-- made from the code: artifacts {stage} -->" in page
         table = generated.options(stage)
         assert all(f"| `{f.name}" in table for f in dataclasses.fields(stages.load(stage).config))
 
@@ -95,7 +103,7 @@ def test_the_decoders_and_what_they_see_are_documented(generated):
             fits = not recipes.misfits(recipes.Recipe(estimator, features, params))
             assert (f"`{estimator}`" in row) == fits
     assert all(f"- `{estimator}`: " in page for estimator in recipes.ESTIMATORS)
-    assert "```{recipes}\n```" in page
+    assert "<!-- made from the code: recipes -->" in page
     assert all(f"| `{name}` |" in generated.recipes() for name in recipes.BUILTIN)
 
 
@@ -105,12 +113,14 @@ def test_the_documented_tables_are_those_that_a_study_writes(generated, smoke):
     written = {}
     for path in sorted(smoke.glob("cache/*/*/*/*.parquet")):
         stage, unit = path.parts[-4:-2]
-        place = f"{unit if unit == 'group' else 'sNN'}/{path.name}"
+        # A table that is made with its picture lies beside it, and is the stage's for people.
+        stage = stage.removesuffix(".figures")
+        place = f"{unit if unit in ('group', 'sweep') else 'sNN'}/{path.name}"
         if not path.name.startswith("truth_"):
             written.setdefault(stage, {})[place] = describe(path)
     # Another test may have swept in the same study, or not; a part of a sweep is documented as the whole.
     written["simulate"].pop("sNN/sweep.parquet", None)
-    optional = {"simulate": {"group/sweep.parquet"}}
+    optional = {"simulate": {"sweep/sweep.parquet", "sweep/needed.parquet"}}
     for stage, tables in generated.TABLES.items():
         assert set(tables) - optional.get(stage, set()) == set(written[stage]) - optional.get(stage, set())
         for place, found in written[stage].items():
@@ -127,26 +137,6 @@ def test_help_of_every_command_is_on_the_page(generated):
         assert f"## hrcneuro {' '.join(words)}\n" in text
 
 
-def blocks(part):
-    """Return (language, content) of the fenced blocks of a part of the tutorial."""
-    text = TUTORIAL.read_text()
-    text = next(section for section in re.split(r"^## ", text, flags=re.M) if section.startswith(part))
-    return re.findall(r"^```(\w+)\n(.*?)^```$", text, flags=re.M | re.S)
-
-
-def steps(content):
-    """Return (command, lines that it prints) of a console block."""
-    for step in content.split("$ ")[1:]:
-        command, *lines = step.rstrip("\n").split("\n")
-        yield command, lines
-
-
-def printed(line, text):
-    """Return whether a line of the tutorial was printed; … stands for anything."""
-    pattern = ".*".join(re.escape(piece) for piece in line.rstrip().split("…"))
-    return re.search(f"^{pattern}", text, flags=re.M) is not None
-
-
 @pytest.mark.parametrize("part", ["Install", "Part 1", "Part 2", "Part 3"])
 def test_the_tutorial_does_what_it_says(hrcneuro, tmp_path, part):
     if part == "Part 2" and not DATA.is_dir():
@@ -157,7 +147,7 @@ def test_the_tutorial_does_what_it_says(hrcneuro, tmp_path, part):
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     (tmp_path / DATA.name).symlink_to(DATA)
     folder, typed = tmp_path, 0
-    for language, content in blocks(part):
+    for language, content in blocks(TUTORIAL, part):
         if language == "toml":
             (folder / "hrcneuro.toml").write_text(content)
         elif language == "python":
@@ -186,6 +176,7 @@ def enter(hrcneuro, name, arguments, folder):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         return done.returncode, done.stdout + done.stderr
     assert name == "hrcneuro"
-    # The whole run is the smoke study's, which other tests run.
-    done = hrcneuro(*arguments, *(["--dry-run"] if arguments[0] == "run" else []), cwd=folder)
+    # The whole run of the synthetic study is the smoke study's, which other tests run.
+    planned = arguments[0] == "run" and folder.name == "mystudy"
+    done = hrcneuro(*arguments, *(["--dry-run"] if planned else []), cwd=folder)
     return done.code, done.out + done.err

@@ -7,7 +7,10 @@ import stat
 
 import pytest
 
-SUBCOMMANDS = {"COMP_WORDS": "hrcneuro epoch s", "COMP_CWORD": "2", "_HRCNEURO_COMPLETE": "complete_bash"}
+
+def tab(line):
+    """Return what a shell sets to ask what may follow ``line``."""
+    return {"HRCNEURO_LINE": line, "_HRCNEURO_COMPLETE": "bash"}
 
 
 def logs(workdir):
@@ -129,8 +132,8 @@ def test_a_run_leaves_a_log_that_names_no_one(hrcneuro, tiny):
     lines = [line for line in first if line["event"] == "item" and not line["stage"].endswith(".figures")]
     states = [(line["stage"], line["state"]) for line in lines]
     assert states == [(s, state) for s in ("acquire", "preprocess", "epoch") for state in ("running", "ran")]
-    assert first[-1]["states"] == {"ran": 4}
-    assert [line["state"] for line in second[1:-1]] == ["hit"] * 4
+    assert first[-1]["states"] == {"ran": 5}
+    assert [line["state"] for line in second[1:-1]] == ["hit"] * 5
     assert first[0]["config"] == second[0]["config"] != third[0]["config"]
     assert (third[-1]["outcome"], third[-1]["exit_code"]) == ("failed", 3)
     assert "alice" not in json.dumps([first, second, third])
@@ -170,20 +173,20 @@ def test_an_interrupt_is_the_last_line(tmp_path):
 
 
 def test_tab_offers_the_subjects_of_the_configuration(hrcneuro, tmp_path):
-    offered = hrcneuro(cwd=tmp_path, env=SUBCOMMANDS).out.split()
+    offered = hrcneuro(cwd=tmp_path, env=tab("hrcneuro epoch s")).out.split()
     assert offered == [f"s{i:02d}" for i in range(1, 13)]
     (tmp_path / "hrcneuro.toml").write_text('[study]\nsubjects = ["sam", "tom", "sue"]\n[epok]\n')
-    assert hrcneuro(cwd=tmp_path, env=SUBCOMMANDS).out.split() == ["sam", "sue"]
-    assert hrcneuro(cwd=tmp_path, env={**SUBCOMMANDS, "COMP_WORDS": "hrcneuro path ep"}).out.split() == ["epoch"]
-    units = {**SUBCOMMANDS, "COMP_WORDS": "hrcneuro path epoch ", "COMP_CWORD": "3"}
-    assert hrcneuro(cwd=tmp_path, env=units).out.split() == ["sam", "tom", "sue", "group"]
-    sections = {**SUBCOMMANDS, "COMP_WORDS": "hrcneuro config show con", "COMP_CWORD": "3"}
-    assert hrcneuro(cwd=tmp_path, env=sections).out.split() == ["conditions", "contrasts"]
+    assert hrcneuro(cwd=tmp_path, env=tab("hrcneuro epoch s")).out.split() == ["sam", "sue"]
+    assert hrcneuro(cwd=tmp_path, env=tab("hrcneuro path ep")).out.split() == ["epoch"]
+    units = hrcneuro(cwd=tmp_path, env=tab("hrcneuro path epoch ")).out.split()
+    assert units == ["sam", "tom", "sue", "group"]
+    assert hrcneuro(cwd=tmp_path, env=tab("hrcneuro config show con")).out.split() == ["conditions", "contrasts"]
 
 
 def test_completion_installs_itself(hrcneuro, tmp_path):
-    done = hrcneuro("--install-completion", "bash", env={"HOME": str(tmp_path), "PATH": os.environ["PATH"]})
+    home = {"HOME": str(tmp_path), "PATH": os.environ["PATH"], "SHELL": "/bin/bash"}
+    done = hrcneuro("--install-completion", env=home)
     assert done.code == 0, done.err
-    script = tmp_path / ".bash_completions" / "hrcneuro.sh"
-    assert "_HRCNEURO_COMPLETE=complete_bash" in script.read_text()
+    script = tmp_path / ".local" / "share" / "bash-completion" / "completions" / "hrcneuro"
+    assert "_HRCNEURO_COMPLETE=bash" in script.read_text()
     assert stat.S_IMODE(script.stat().st_mode) & 0o400

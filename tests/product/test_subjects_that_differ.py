@@ -107,3 +107,31 @@ def test_inspection_ends_with_the_code_of_acquire(hrcneuro, study, tmp_path, set
     assert inspected.json["ok"] is (code == 0)
     ran = hrcneuro("acquire", "p1", "--set", setting, "--workdir", tmp_path, cwd=study)
     assert ran.code == code, ran.err
+
+
+SLIP = ["--set", "acquire.event_map.gone=gone", "--set", "conditions.slip=\"event == 'stopp'\""]
+
+
+def test_what_no_subject_has_is_a_mistake_of_the_configuration(hrcneuro, study):
+    checked = hrcneuro("config", "check", *SLIP, cwd=study)
+    one = hrcneuro("erp", "p1", *SLIP, cwd=study)
+    group = hrcneuro("erp", *SLIP, "-j", "1", cwd=study)
+    assert (checked.code, one.code, group.code) == (2, 0, 2), checked.err + one.err + group.err
+    for text in (checked.err, group.err):
+        assert "the marker 'gone' of acquire.event_map" in text
+        assert "the condition slip = \"event == 'stopp'\" (did you mean 'stop'?)" in text
+    assert "markers of the map that do not occur: 'gone'" in one.err
+    assert "no trial is of the condition slip" in one.err
+
+
+def test_what_only_some_subjects_lack_is_a_note(hrcneuro, study):
+    checked = hrcneuro("config", "check", cwd=study)
+    assert checked.code == 0, checked.err
+    assert "note: p2: the recording has not the marker 'stop'" in checked.out
+    assert "the configuration is sound" in checked.out
+
+
+def test_a_recording_that_is_not_here_is_not_looked_at(hrcneuro, study):
+    checked = hrcneuro("config", "check", "--set", 'study.subjects=["p1", "p9"]', cwd=study)
+    assert checked.code == 0, checked.err
+    assert "note: p9 was not looked at: " in checked.out

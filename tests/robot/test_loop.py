@@ -8,6 +8,7 @@ from hrcneuro.robot.backend import PERIOD, Cause, Stopped
 from hrcneuro.robot.kinematics import forward, inverse
 from hrcneuro.robot.measure import tip
 from hrcneuro.robot.parameters import Bounds, Safety
+from hrcneuro.robot.record import Track
 from hrcneuro.robot.safety import Supervisor
 from hrcneuro.robot.sim import Disturbance, SimArm, VirtualClock
 from hrcneuro.robot.trajectory import BoundedPath, TileMove
@@ -15,6 +16,10 @@ from hrcneuro.robot.workspace import pose
 
 TILES = list(itertools.product(range(7), range(7)))
 WAYS = [((r, c), (r + dr, c + dc)) for r, c in TILES for dr, dc in ((0, 1), (1, 0)) if r + dr < 7 and c + dc < 7]
+
+
+# For tests of what comes into play only far from the path, or where there is none.
+ANYWHERE = Supervisor(Safety(max_path_error_mm=float("inf")))
 
 
 def one_move(make_loop, workspace, way, t_f, **changes):
@@ -76,7 +81,7 @@ def test_all_84_moves_at_the_shortest_t_f_both_ways(make_loop, workspace):
 
 
 def test_a_wrong_lead_costs_millimetres(make_loop, workspace):
-    error, _ = errors(*one_move(make_loop, workspace, ((5, 3), (6, 3)), 0.6, lead=0.08))
+    error, _ = errors(*one_move(make_loop, workspace, ((5, 3), (6, 3)), 0.6, lead=0.08, supervisor=ANYWHERE))
     assert error.max() > 2.0
 
 
@@ -197,7 +202,7 @@ def test_that_the_arm_was_stopped_is_said_only_where_it_was_seen(make_loop, work
 
 
 def test_an_arm_that_does_not_obey_is_not_called_stopped(make_loop, workspace):
-    loop = make_loop()
+    loop = make_loop(supervisor=ANYWHERE)
     state, speed = loop._arm.state, loop._arm.speed
     loop._arm.speed = lambda qd: None
 
@@ -258,7 +263,7 @@ def test_no_stop_leaves_the_box(make_loop, workspace, way, stop):
     """The loop's own stop is what the limits look ahead by, however mild it is."""
     low, high = np.array(workspace.box)
     start = np.array(workspace.position(3, 3)) + (0, 0, 0.05)
-    loop = make_loop(inverse(pose(start), workspace.reach.q[3, 3], tool=0.1), stop=stop)
+    loop = make_loop(inverse(pose(start), workspace.reach.q[3, 3], tool=0.1), stop=stop, supervisor=ANYWHERE)
     with pytest.raises(Stopped, match="keep-inside box"), loop:
         loop.follow(TileMove(start, start + way, 1.0), phase=record.MOVE, move=0)
     at = tip(loop.record.telemetry(), tool=0.1).position
@@ -282,7 +287,8 @@ def test_the_box_is_never_left_whatever_is_asked(make_loop, workspace, stop):
                 raise KeyboardInterrupt
             return list(asked), 1.0, 0.0, 0.0
 
-        loop = make_loop(workspace.reach.q[rng.integers(7), rng.integers(7)], law=law, clock=clock, stop=stop)
+        start_q = workspace.reach.q[rng.integers(7), rng.integers(7)]
+        loop = make_loop(start_q, law=law, clock=clock, stop=stop, supervisor=ANYWHERE)
         with pytest.raises((Stopped, KeyboardInterrupt)), loop:
             loop.follow(TileMove(start, start, 2.0), phase=record.MOVE)
         telemetry = loop.record.telemetry()
@@ -328,7 +334,7 @@ def test_no_stop_leaves_a_joints_range(make_loop, workspace, stop, until):
             raise KeyboardInterrupt
         return [0.0] * 5 + [3.0], 1.0, 0.0, 0.0
 
-    loop = make_loop(start, law=law, stop=stop)
+    loop = make_loop(start, law=law, stop=stop, supervisor=ANYWHERE)
     at = workspace.position(3, 3)
     with pytest.raises(KeyboardInterrupt), loop:
         loop.follow(TileMove(at, at, 2.0), phase=record.MOVE)
@@ -350,10 +356,130 @@ def test_a_command_that_is_no_number_stops(make_loop, workspace):
 
 def test_an_arm_that_does_not_arrive_is_reported(make_loop, workspace):
     far = np.array(workspace.position(3, 3)) - (0.2, 0.0, 0.0)
-    loop = make_loop()
+    loop = make_loop(supervisor=ANYWHERE)
     with pytest.raises(Stopped, match=r"stands \d+\.\d mm from its goal 0\.05 s after"), loop:
         # 20 cm in 20 ms: the limits hold the arm back.
         loop.follow(TileMove(workspace.position(3, 3), far, 0.02), phase=record.MOVE, move=0, patience=0.05)
+
+
+@pytest.mark.parametrize(("lead", "most"), [(0.027, 8.0), (None, 24.0)])
+def test_an_arm_that_leaves_its_path_is_stopped(make_loop, workspace, lead, most):
+    """At once, not where it should have arrived; more is allowed while nothing makes up for the arm's lag."""
+    loop, told = make_loop(on_stop=lambda error: told.append((error.cause, loop.now()))), []
+    loop.lead = lead
+    law = loop._law
+
+    def sideways(q, at, v):
+        qd, *error = law(q, at, v)
+        return [qd[0] + 0.3 * (loop.now() > 0.2), *qd[1:]], *error
+
+    loop._law = sideways
+    with pytest.raises(Stopped, match=rf"mm off its path; {most:.1f} mm are allowed") as caught:
+        loop.follow(TileMove(workspace.position(3, 3), workspace.position(3, 4), 0.9), phase=record.MOVE, move=0)
+    assert caught.value.cause is Cause.OFF_PATH
+    ((cause, when),) = told
+    assert cause is Cause.OFF_PATH
+    assert when < 0.7
+    off, _ = errors(loop.record.telemetry(), Track(0, len(loop.record), 0.0, 0.0, 0.0))
+    assert np.nanmax(off) < most + 3.0
+
+
+def test_a_tip_that_nobody_has_seen_lately_is_not_called_astray(make_loop, workspace):
+    """Where packets stop, the path goes on: what is missing are packets, and the cure is another."""
+    old = Supervisor(Safety(max_packet_age_s=0.2))
+    loop = make_loop(disturbances=(Disturbance("silence", 0.3),), supervisor=old)
+    with pytest.raises(Stopped, match=r"the last packet is 208 ms old") as caught:
+        loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.6), phase=record.MOVE, move=0)
+    assert caught.value.cause is Cause.PACKETS_LOST
+
+
+@pytest.mark.parametrize("moving", [True, False])
+@pytest.mark.parametrize("gap", [0.11, 5.0])
+def test_a_session_that_was_held_up_ends(make_loop, workspace, moving, gap):
+    """Nothing is commanded after the gap but the stop, at rest as in a move."""
+    loop = make_loop(supervisor=Supervisor(Safety(max_packet_age_s=0.5)))
+    wait, held, sent = loop._clock.wait_until, [], []
+    speed = loop._arm.speed
+
+    def suspended(t):
+        wait(t)
+        if t > 0.4 and not held:
+            held.append(t)
+            wait(t + gap)
+
+    loop._clock.wait_until = suspended
+    loop._arm.speed = lambda qd: (sent.append((loop._clock.now(), qd)), speed(qd))
+    with pytest.raises(Stopped, match=rf"nobody watched the arm for {1e3 * gap:.0f} ms.*100 ms are safe") as caught:
+        if moving:
+            loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.9), phase=record.MOVE, move=0)
+        else:
+            loop.rest(3.0)
+    assert caught.value.cause is Cause.LATE
+    assert max(when for when, _ in sent) <= held[0]
+
+
+def test_a_gap_between_the_check_and_the_command_lets_no_command_out(make_loop, workspace):
+    loop, sent = make_loop(supervisor=Supervisor(Safety(max_packet_age_s=0.5))), []
+    law, speed = loop._law, loop._arm.speed
+
+    def slow(q, at, v):
+        if loop.now() > 0.4:
+            loop._clock.wait_until(loop._clock.now() + 0.2)
+        return law(q, at, v)
+
+    loop._law = slow
+    loop._arm.speed = lambda qd: (sent.append(loop._clock.now()), speed(qd))
+    with pytest.raises(Stopped, match="nobody watched the arm for 200 ms"):
+        loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.9), phase=record.MOVE, move=0)
+    assert max(sent) < 0.41
+
+
+@pytest.mark.parametrize(("took", "pause"), [(0.0, 0.0), (0.030, 0.048), (0.2, None)])
+def test_after_a_computation_the_loop_waits_for_fresh_packets(make_loop, took, pause):
+    """Two cycles, on the same beat; not where it took no time, and not at all where nobody watched for too long."""
+    loop = make_loop(supervisor=Supervisor(Safety(max_packet_age_s=0.5)))
+    loop.rest(0.1)
+    due = loop.now()
+    loop._clock.wait_until(loop._next + took - PERIOD * (took == 0.0))
+    if pause is None:
+        with pytest.raises(Stopped, match="nobody watched the arm for 200 ms"):
+            loop.resume()
+        return
+    loop.resume()
+    assert loop.now() - due == pytest.approx(pause)
+
+
+def test_a_session_that_cannot_be_written_down_ends(make_loop):
+    loop, faults = make_loop(supervisor=Supervisor(Safety(), keeper=lambda: faults[0])), [""]
+    loop.rest(0.1)
+    faults[0] = "No space left on device"
+    with pytest.raises(Stopped, match="written down any more: No space left") as caught:
+        loop.rest(0.2)
+    assert caught.value.cause is Cause.NOT_KEPT
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, Stopped])
+def test_why_it_stops_is_told_before_anything_is_done_and_then_whether_it_rests(make_loop, workspace, error):
+    events = []
+    loop = make_loop(
+        disturbances=(Disturbance("slider", 0.3),) if error is Stopped else (),
+        on_stop=lambda error: events.append(type(error).__name__),
+        on_rest=lambda seen: events.append(seen),
+        on_onset=None,
+    )
+    stop, speed = loop._arm.stop, loop._arm.speed
+    loop._arm.stop = lambda deceleration: (events.append("brake"), stop(deceleration))
+
+    def interrupted(qd):
+        if error is KeyboardInterrupt and loop.now() > 0.3 and not events:
+            raise error
+        speed(qd)
+
+    loop._arm.speed = interrupted
+    with pytest.raises(error), loop:
+        loop.follow(TileMove(workspace.position(3, 3), workspace.position(4, 3), 0.6), phase=record.MOVE, move=0)
+    name = "ArmError" if error is Stopped else "KeyboardInterrupt"
+    assert events == ([name, "brake", True, "brake"] if error is Stopped else [name, True, "brake"])
 
 
 def test_a_dead_loop_leaves_the_simulated_arm_at_rest(workspace):

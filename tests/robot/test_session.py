@@ -26,7 +26,7 @@ def move(start, end, *, first=False, t_f=0.7, gap=np.nan) -> PlannedMove:
 def session(make_loop, workspace, moves, *, pace=PACE, **changes):
     loop, done = make_loop(workspace.home(), **changes), []
     with loop:
-        run_session(loop, workspace, moves, lead=0.027, pace=pace, on_executed=done.append)
+        run_session(loop, workspace, moves, lead=0.027, most_lead=0.05, pace=pace, on_executed=done.append)
     telemetry = loop.record.telemetry()
     return loop, done, telemetry, tip(telemetry, tool=0.1)
 
@@ -56,6 +56,19 @@ def test_the_lead_is_sought_again_where_a_cycle_came_late(make_loop, workspace, 
     find_lead(even, workspace)
     assert len(loop.record) == pytest.approx(rounds * len(even.record), rel=0.05)
     assert lead == pytest.approx(0.027, abs=1e-3 if uneven < 5 else 3e-3)
+
+
+def test_an_arm_that_answers_late_all_the_time_does_not_start(make_loop, workspace):
+    """Every packet is as late as the quickest, so that none looks old: only the lead shows it."""
+    loop, done = make_loop(workspace.home(), lag=0.060), []
+    with pytest.raises(ArmError, match=r"the measured lead is 7\d ms: .*; 50 ms are allowed") as caught, loop:
+        run_session(
+            loop, workspace, [move((3, 3), (3, 4), first=True)], lead=None, most_lead=0.05, pace=PACE,
+            on_executed=done.append,
+        )  # fmt: skip
+    assert caught.value.cause is Cause.SLOW_ANSWER
+    assert not done
+    assert set(loop.record.telemetry().move) == {-1}
 
 
 def test_an_arm_that_does_not_move_has_no_lead(make_loop, workspace):
@@ -107,6 +120,16 @@ def test_homing_is_refused_from_outside_or_with_another_elbow(make_loop, workspa
     turned = workspace.home() + np.array([0, 0, 0, 0, 0, np.pi])
     with pytest.raises(ArmError, match=r"joint 6 stands at .*another elbow or wrist"):
         go_home(make_loop(turned), workspace, pace=PACE)
+
+
+def test_turning_home_out_of_the_box_is_refused_before_anything_moves(make_loop, workspace):
+    """Both ends lie in the box; the joints' straight line between them does not."""
+    start = workspace.home() + (-0.21, 0.85, -1.08, -1.31, 1.08, -1.19)
+    assert workspace.inside(forward(start, tool=0.1)[:3, 3])
+    loop = make_loop(start)
+    with pytest.raises(WayError, match="the way home, by joints, leads through"):
+        go_home(loop, workspace, pace=PACE)
+    assert not loop.record.telemetry().command.any()
 
 
 def test_a_session_replays_the_log_at_its_pace(make_loop, workspace):
@@ -181,7 +204,7 @@ def test_a_stopped_session_keeps_what_it_has(make_loop, workspace):
     moves = [move((3, 3), (3, 4), first=True), move((3, 4), (3, 5)), move((3, 5), (3, 4))]
     loop, done = make_loop(workspace.home(), disturbances=(Disturbance("protective_stop", 2.0),)), []
     with pytest.raises(Stopped, match="protective"), loop:
-        run_session(loop, workspace, moves, lead=0.027, pace=PACE, on_executed=done.append)
+        run_session(loop, workspace, moves, lead=0.027, most_lead=0.05, pace=PACE, on_executed=done.append)
     assert [one.index for one in done] == [0]
     assert loop.record.telemetry().time[-1] >= 2.0
 

@@ -86,13 +86,16 @@ def digests(folder: Path) -> dict[str, str]:
 def test_the_artifacts_of_a_subject(study):
     summary, out = study(takeover_uv=9.0)
     assert sorted(p.name for p in out.iterdir()) == [
+        "channels.parquet",
         "folds.parquet",
+        "patterns.parquet",
         "predictions.parquet",
+        "roc.parquet",
         "scores.parquet",
         "strata.parquet",
     ]
     assert set(summary) == {"iC", "sC"}
-    assert set(summary["iC"]["RRvsRH"]) == {*RATES, "chance"}
+    assert set(summary["iC"]["RRvsRH"]) == {*RATES, "chance", "p", "n1", "n2"}
     assert summary["iC"]["RRvsRH"]["bacc"] > 70 > summary["iC"]["HHvsHR"]["bacc"]
     json.dumps(summary, allow_nan=False)
 
@@ -164,6 +167,9 @@ def test_too_few_trials_fall_back_and_say_so(study):
         "acc": None,
         "bacc": None,
         "chance": pytest.approx(77.7778),
+        "p": None,
+        "n1": 7,
+        "n2": 2,
     }
     assert summary["sC"]["RRvsRH"]["chance"] is None
     assert any("iC RRvsRH: not computed: the smaller class has 2 trials" in w for w in summary["warnings"])

@@ -52,6 +52,7 @@ def test_defaults_are_the_papers():
         "l_freq": 1.0, "h_freq": 40.0, "sfreq": 512.0, "filter": "zero_phase", "transition": "achieved",
         "causal_l_freq": 0.1,
         "eog": "regression", "eog_offset": True, "bad_channels": "kurtosis", "threshold": 2.0,
+        "noisy": "flag", "noisy_deviation": 5.0, "noisy_correlation": 0.4, "noisy_share": 0.01,
         "interpolation": "eeglab", "unplaced": "error", "reference": "average", "keep_steps": False,
     }  # fmt: skip
     assert preprocess.check(Config()) == []
@@ -106,7 +107,7 @@ def test_same_recording_same_bytes(product):
     config = Config(keep_steps=True)
     first, second = (product(recording(), config, out=name)[1] for name in ("one", "two"))
     names = sorted(path.name for path in first.iterdir())
-    assert names == ["quality.parquet", "s01_clean_raw.fif", "steps.npz", "timing.parquet"]
+    assert names == ["quality.parquet", "s01_clean_raw.fif", "spectrum.parquet", "steps.npz", "timing.parquet"]
     for name in names:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name
 

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import hashlib
+import json
+import os
+import re
+import shutil
+import signal
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from hrcneuro.analyses import driven
 from hrcneuro.arms.lock import exclusive
 from hrcneuro.contract import Inputs, params
-from hrcneuro.errors import ConfigError, DataError, HardwareError
+from hrcneuro.errors import ConfigError, DataError, HardwareError, StageError, StageInterrupted
+from hrcneuro.io.recordings import read_stream
 from hrcneuro.io.tables import describe, write_table
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
@@ -200,6 +207,10 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
         ({"backend": "ur", "host": "127.a-robot.example"}, "--i-am-at-the-robot"),
         ({"backend": "ros"}, "--i-am-at-the-robot"),
         ({"markers": "lsl"}, "markers = 'lsl' with backend = 'sim'"),
+        ({"backend": "ur", "host": "192.168..10"}, "host = '192.168..10' is no address"),
+        ({"rescue_folder": ""}, "rescue_folder is empty"),
+        ({"patient": True, "backend": "ur", "host": "127.0.0.1"}, "a real arm is never driven on old packets"),
+        ({"patient": True, "backend": "ros", "at_the_robot": True}, "allowed with ursim"),
     ],
 )
 def test_contradictions_are_named(changes, match):
@@ -214,28 +225,45 @@ def test_another_arm_is_another_result():
     assert params(real) == params(dataclasses.replace(real, at_the_robot=True))
 
 
+def records(tmp_path) -> list[Path]:
+    """Return the folders of the attempts of s01, the earliest first."""
+    folder = tmp_path / "rescue" / "s01"
+    return sorted(folder.iterdir(), key=lambda place: place.stat().st_ctime_ns) if folder.is_dir() else []
+
+
 @pytest.fixture
-def stopped(inputs, tmp_path, monkeypatch):
+def on_virtual_arm(monkeypatch):
+    """Let a session of any backend drive the simulated arm, so that it takes no real time."""
+
+    def use(*disturbances):
+        def arm(config, workspace, *_):
+            clock = VirtualClock()
+            return SimArm(clock, workspace.home().tolist(), disturbances=disturbances), clock
+
+        monkeypatch.setattr(robot, "_arm", arm)
+
+    return use
+
+
+@pytest.fixture
+def stopped(inputs, tmp_path, on_virtual_arm):
     """Run a session on an arm with a fault; return what it raised."""
 
     def attempt(disturbance, **changes):
-        def faulty(config, workspace, *_):
-            clock = VirtualClock()
-            return SimArm(clock, workspace.home().tolist(), disturbances=(disturbance,)), clock
-
-        monkeypatch.setattr(robot, "_arm", faulty)
+        on_virtual_arm(disturbance)
         out = tmp_path / f"out{len(list(tmp_path.glob('out*')))}"
         with pytest.raises(HardwareError) as caught:
-            run(inputs, out, lead_s=0.027, **changes)
+            run(inputs, out, **({"lead_s": 0.027} | changes))
         assert not list(out.iterdir())
         return caught.value
 
     return attempt
 
 
-def test_a_protective_stop_keeps_the_record(stopped, tmp_path):
-    error = stopped(Disturbance("protective_stop", 12.0))
-    kept = tmp_path / "rescue" / "s01" / "1"
+@pytest.mark.parametrize("backend", ["sim", "ursim"])
+def test_a_protective_stop_keeps_the_record(stopped, tmp_path, capsys, backend):
+    error = stopped(Disturbance("protective_stop", 12.0), backend=backend)
+    (kept,) = records(tmp_path)
     assert error.exit_code == 4
     assert "protective stop" in error.problem
     assert f"the record is in {kept}; it ended in block" in error.problem
@@ -246,26 +274,142 @@ def test_a_protective_stop_keeps_the_record(stopped, tmp_path):
     assert telemetry["safety_bits"].iloc[-1] == 4
     moves = pd.read_parquet(kept / "moves.parquet")
     assert len(moves) > 1
+    assert not list(kept.glob("*.arrows")), "the tables hold it all"
+    words = capsys.readouterr().err.splitlines()
+    plan = re.compile(r"robot s01: \d+ moves, about \d+ (s|min) until the end; Ctrl-C stops the arm")
+    assert [bool(plan.fullmatch(line)) for line in words[:1]] == [backend != "sim"]
+    news = re.compile(rf"{plan.pattern}|robot s01: move \d+ of \d+, about \d+ (s|min) left")
+    words = [line for line in words if not news.fullmatch(line)]
+    assert "protective stop; hrcneuro never unlocks one; the arm is told to stop" in words[0]
+    assert words[1].startswith("  cure: press the emergency stop if the arm moves on; find what it touched")
+    assert words[2:] == ["robot s01: the arm is at rest", f"robot s01: the record is in {kept}"]
 
 
 def test_no_attempt_overwrites_the_record_of_another(stopped, tmp_path):
     """Nor does one that is refused before anything moves leave an empty record."""
-    kept = tmp_path / "rescue" / "s01"
-    stopped(Disturbance("protective_stop", 6.0))
-    before = (kept / "1" / "telemetry.parquet").read_bytes()
-    refused = stopped(Disturbance("protective_stop", 0.0))
+    stopped(Disturbance("protective_stop", 6.0), backend="ursim")
+    (first,) = records(tmp_path)
+    before = (first / "telemetry.parquet").read_bytes()
+    refused = stopped(Disturbance("protective_stop", 0.0), backend="ursim")
     assert "record" not in refused.problem
-    assert [p.name for p in kept.iterdir()] == ["1"]
+    assert records(tmp_path) == [first]
     assert "before the first move" in stopped(Disturbance("protective_stop", 0.2), cell=Cell(home=0.1)).problem
-    assert sorted(p.name for p in kept.iterdir()) == ["1", "2"]
-    assert (kept / "1" / "telemetry.parquet").read_bytes() == before
+    assert len(records(tmp_path)) == 2
+    assert (first / "telemetry.parquet").read_bytes() == before
+
+
+def test_what_an_arm_did_is_a_recording_and_the_entry_a_copy(inputs, tmp_path, on_virtual_arm, capsys):
+    on_virtual_arm()
+    summary = run(inputs, tmp_path / "out", backend="ursim", blocks=(1,), episodes=(1,))
+    (place,) = records(tmp_path)
+    assert {p.name for p in place.iterdir()} == {p.name for p in (tmp_path / "out").iterdir()} | {"session.json"}
+    for table in (tmp_path / "out").iterdir():
+        assert table.read_bytes() == (place / table.name).read_bytes()
+    about = json.loads((place / "session.json").read_text())
+    assert (about["subject"], about["moves"], about["robot"]["backend"]) == ("s01", summary["moves"], "ursim")
+    assert f"driven to its end; its recording is in {place}" in capsys.readouterr().err
+    run(inputs, tmp_path / "sim", blocks=(1,), episodes=(1,))
+    assert records(tmp_path) == [place], "what sim did can be done again"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_session_driven_to_its_end_is_kept_whatever_interrupts(inputs, tmp_path, on_virtual_arm, monkeypatch, number):
+    """A signal that comes while the tables are written waits until they are."""
+    on_virtual_arm()
+    write = driven.write_table
+    monkeypatch.setattr(driven, "write_table", lambda *given: (os.kill(os.getpid(), number), write(*given)))
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(StageInterrupted, match="driven to its end; its recording is in") as caught:
+            run(inputs, tmp_path / "out", backend="ursim", blocks=(1,), episodes=(1,))
+        assert signal.getsignal(number) is signal.default_int_handler
+    finally:
+        signal.signal(number, before)
+    (place,) = records(tmp_path)
+    assert str(place) in caught.value.problem
+    assert len(list(place.glob("*.parquet"))) == len(list((tmp_path / "out").iterdir())) == 4
+
+
+def test_a_session_whose_tables_cannot_be_written_is_still_whole(inputs, tmp_path, on_virtual_arm, monkeypatch):
+    on_virtual_arm()
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(driven, "write_table", full)
+    with pytest.raises(StageError, match="No space left on device; the session was driven to its end") as caught:
+        run(inputs, tmp_path / "out", backend="ursim", blocks=(1,), episodes=(1,))
+    (place,) = records(tmp_path)
+    assert str(place) in caught.value.problem
+    rows = read_stream(place / "telemetry.arrows")
+    assert np.diff(rows["time_s"]) == pytest.approx(0.008)
+    assert rows["move"].max() == json.loads((place / "session.json").read_text())["moves"] - 1
+
+
+def test_a_disk_without_room_is_refused_before_anything_moves(inputs, tmp_path, on_virtual_arm, monkeypatch):
+    on_virtual_arm()
+    usage = shutil._ntuple_diskusage(10**9, 10**9 - 10**6, 10**6)
+    monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
+    with pytest.raises(StageError, match=r"a session of about \d+ s may take \d+ MB in .*, where 1 MB are free; noth"):
+        run(inputs, tmp_path / "out", backend="ursim")
+    assert records(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        (
+            {"approach_speed": 1.0, "approach_acceleration": 5.0, "approach_jerk": 100.0, "stop_deceleration": 0.5,
+             "stop_jerk": 5.0},
+            r"on the way .* the session would be stopped: a command would take the tip out of the keep-inside box",
+        ),
+        (
+            {"approach_speed": 1.0, "approach_acceleration": 5.0, "approach_jerk": 100.0},
+            "from home down to the grid the session would be stopped: a command would take the tip out of the keep-",
+        ),
+        ({"max_path_error_mm": 0.5}, "on the way home, up from the grid, the session .*the tip is .* mm off its path"),
+        (
+            {"max_path_error_mm": 0.5, "approach_speed": 0.05, "gain": 1.0},
+            r"to find the lead, in the move from tile \(3, 3\) to \(4, 3\) in 0.9 s the session .* off its path",
+        ),
+        ({"cell": Cell(seed_deg=(350.6, -39.6, 84.7, -135.1, -90.0, -99.4))}, "it turns to ±360°"),
+        ({"cell": Cell(home=0.9, ceiling=1.5)}, "does not reach its home, 0.9 m above the screen"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("backend", ["sim", "ursim"])
+def test_what_would_fail_in_motion_is_refused_before(inputs, tmp_path, on_virtual_arm, backend, changes, match):
+    """Also what fails only until the lead is known, while the arm trails."""
+    on_virtual_arm()
+    with pytest.raises(ConfigError, match=match) as caught:
+        run(inputs, tmp_path / "out", backend=backend, **changes)
+    assert caught.value.cure
+    assert records(tmp_path) == []
 
 
 def test_a_record_that_cannot_be_written_hides_no_stop(stopped, tmp_path):
     (tmp_path / "file").touch()
     error = stopped(Disturbance("protective_stop", 6.0), rescue_folder=str(tmp_path / "file"))
     assert "protective stop" in error.problem
-    assert "is not whole (NotADirectoryError" in error.problem
+    assert "is not whole (ConfigError: the recording cannot be written" in error.problem
+
+
+def test_an_arm_whose_recording_cannot_be_written_does_not_move(inputs, tmp_path, on_virtual_arm):
+    on_virtual_arm()
+    (tmp_path / "file").touch()
+    with pytest.raises(
+        ConfigError, match=r"cannot be written in .*file/s01: /.*/file is a file, not a folder; nothing has moved"
+    ):
+        run(inputs, tmp_path / "out", backend="ursim", rescue_folder=str(tmp_path / "file"))
+
+
+def test_a_link_in_the_place_of_recordings_is_named(inputs, tmp_path, on_virtual_arm):
+    on_virtual_arm()
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(
+        ConfigError, match=r"link is a link to .*nowhere, which is not there; nothing has moved"
+    ) as error:
+        run(inputs, tmp_path / "out", backend="ursim", rescue_folder=str(tmp_path / "link"))
+    assert error.value.cure.startswith("mend or remove that link")
 
 
 def test_nothing_heavy_is_imported_for_help():
@@ -274,18 +418,13 @@ def test_nothing_heavy_is_imported_for_help():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.fixture
-def own_locks(monkeypatch, tmp_path):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-
-
-@pytest.mark.usefixtures("own_locks")
 def test_the_lock_is_taken_by_the_session(inputs, tmp_path):
+    host = f"127.2.{os.getpid() // 256 % 256}.{os.getpid() % 256}"
     with (
-        exclusive("ur", "127.0.0.1", "s09"),
-        pytest.raises(HardwareError, match="the session of s09; nothing has moved"),
+        exclusive("ur", host),
+        pytest.raises(HardwareError, match=rf"is driven by process {os.getpid()} \(.*; nothing has moved"),
     ):
-        run(inputs, tmp_path / "out", backend="ur", host="127.0.0.1")
+        run(inputs, tmp_path / "out", backend="ur", host=host)
 
 
 def test_the_keys_that_users_write_stay_as_they_are():
@@ -294,7 +433,8 @@ def test_the_keys_that_users_write_stay_as_they_are():
         backend driver host at_the_robot max_packet_age_s markers recorder_wait_s stim_rate_hz blocks episodes practice
         t_f_s t_f_range_s t_f_default_s start_next pause_s longest_gap_s gain damping lead_s max_acceleration
         stop_deceleration stop_jerk approach_speed approach_acceleration approach_jerk homing_speed
-        homing_acceleration homing_jerk rescue_folder cell
+        homing_acceleration homing_jerk rescue_folder cell max_late_s max_lead_s max_path_error_mm
+        patient
     """
     fields = {f.name: f for f in dataclasses.fields(robot.Config)}
     assert set(fields) == set(names.split())

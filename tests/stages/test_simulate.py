@@ -48,7 +48,8 @@ def test_tables_hold_what_artifacts_md_says(plain):
 def test_summary_is_the_curves(plain):
     out, summary = plain
     assert json.loads(json.dumps(summary)) == summary
-    assert set(summary) == {"SIM1", "SIM2", "SIM3", "SIM4"}
+    assert set(summary) == {"SIM1", "SIM2", "SIM3", "SIM4", "milestones"}
+    assert summary["milestones"]["SIM1"]["emp"].keys() == {"70", "80"}
     curves = read_table(out / "curves.parquet").set_index(["simulation", "variant", "episode"])["mean"]
     assert summary["SIM1"]["emp"]["35"] == pytest.approx(curves["SIM1", "emp", 35], abs=1e-6)
     assert summary["SIM4"]["10/8 emp"]["100"] == pytest.approx(curves["SIM4", "10/8 emp", 100], abs=1e-6)
@@ -70,7 +71,8 @@ def test_same_configuration_same_bytes(tmp_path):
             folder.mkdir(parents=True)
             simulate.run_part(config, Inputs(unit, {}), folder)
         (tmp_path / name).mkdir()
-        simulate.run_group(config, Inputs.of("group", simulate=folders), tmp_path / name)
+        simulate.run_group(config, NOTHING, tmp_path / name)
+        simulate.run_sweep(config, Inputs.of("sweep", simulate=folders), tmp_path / name)
     files = sorted(p.name for p in (tmp_path / "one").iterdir())
     assert files == [
         "analytic.parquet",
@@ -79,6 +81,7 @@ def test_same_configuration_same_bytes(tmp_path):
         "learner_curves.parquet",
         "learners.parquet",
         "milestones.parquet",
+        "needed.parquet",
         "relearning.parquet",
         "sweep.parquet",
     ]
@@ -113,10 +116,7 @@ def test_inputs_follow_the_rates():
         ({"events": 1}, "nothing is learned"),
         ({"levels": (60.0, 60.0)}, "names one of them twice"),
         ({"learner_repetitions": 1}, "no confidence interval"),
-        ({"sweep": {"acuracy": (60.0,)}}, "sweep.acuracy (did you mean 'accuracy'?)"),
-        ({"sweep": {"accuracy": (60.0, 101.0)}}, "numbers from 0 to 100"),
-        ({"sweep": {"subtasks": (2.5,)}}, "whole numbers from 2 to 32"),
-        ({"sweep": {"alpha": ()}}, "at least one"),
+        ({"sweep": {"alpha": (0.1,) * 400, "tau": (0.1,) * 300}}, "120,000 cells (alpha 400 × tau 300)"),
         ({"sweep": {"chosen": (5.0,), "subtasks": (4.0,)}}, "nowhere below"),
         ({"sweep": {"chosen": (4.0, 5.0)}}, "nowhere below"),
     ],
@@ -145,6 +145,8 @@ def test_the_wide_sweep_is_large_and_allowed():
     from hrcneuro.analyses.sweep import points
 
     config = dataclasses.replace(SMALL, sweep=simulate.WIDE_SWEEP)
+    assert "10,125 cells (accuracy 15 × subtasks 5" in simulate.notes(config)[0]
+    assert simulate.notes(dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 60.0)})) == []
     assert simulate.check(config) == []
     assert len(points(config)) == 10_125
 
@@ -160,6 +162,65 @@ def test_a_sweep_does_not_depend_on_how_it_is_cut(tmp_path):
     pd.testing.assert_frame_equal(whole, cut)
     assert simulate.parts(dataclasses.replace(config, sweep={})) == ()
     assert len(simulate.parts(dataclasses.replace(config, sweep=simulate.WIDE_SWEEP))) == simulate.SWEEP_PARTS
+
+
+@pytest.fixture
+def swept(tmp_path):
+    """Return a function that sweeps in one part, and returns the summary and the table of what is needed."""
+
+    def run(**changes):
+        config = dataclasses.replace(SMALL, episodes=60, sweep_repetitions=100, **changes)
+        folders = {unit: tmp_path / unit for unit in simulate.parts(config)}
+        for unit, folder in folders.items():
+            folder.mkdir()
+            simulate.run_part(config, Inputs(unit, {}), folder)
+        (tmp_path / "out").mkdir()
+        summary = simulate.run_sweep(config, Inputs.of("sweep", simulate=folders), tmp_path / "out")
+        return summary, read_table(tmp_path / "out" / "needed.parquet")
+
+    return run
+
+
+def test_one_axis_tells_how_good_a_decoder_must_be(swept):
+    summary, table = swept(sweep={"accuracy": (52.0, 56.0, 60.0, 80.0)})
+    assert summary["axes"] == ["accuracy"]
+    assert [row["trial_s"] for row in summary["needed"]] == [1.0, 2.0]
+    quick, slow = table.to_dict("records")
+    assert (quick["episode"], slow["episode"]) == (60, 30)  # episodes of ten events
+    assert 52 < quick["low"] < quick["accuracy"] < quick["high"] < slow["high"] < 80
+    assert quick["accuracy"] < slow["accuracy"]
+    assert quick["below"] < quick["accuracy"] <= quick["above"]
+
+
+def test_where_tasks_change_the_end_counts_and_not_the_clock(swept):
+    _, table = swept(sweep={"accuracy": (55.0, 99.0), "period": (0.0, 20.0)})
+    assert table.groupby("period")["episode"].apply(list).to_dict() == {0: [60, 30], 20: [60, 60]}
+
+
+def test_a_sweep_without_accuracy_names_the_design_that_learns_soonest(swept):
+    summary, _ = swept(sweep={"alpha": (0.001, 0.1)})
+    assert summary["accuracy"] == 57.0
+    assert summary["soonest"]["design"] == {"alpha": 0.1}
+    quick, slow = (summary["soonest"][f"minutes_{trial}"] for trial in ("1s", "2s"))
+    assert 0 < quick == pytest.approx(slow / 2, abs=1e-5)
+
+
+def test_of_many_designs_those_one_step_from_the_usual_are_told(swept):
+    axes = {"accuracy": (55.0, 80.0), "alpha": (0.05, 0.1, 0.2, 0.4), "tau": (0.05, 0.1, 0.2), "subtasks": (2.0, 4.0)}
+    summary, table = swept(sweep=axes)
+    assert len(table) == 2 * 4 * 3 * 2
+    usual = {"alpha": 0.05, "tau": 0.1, "subtasks": 4.0}
+    told = [row["design"] for row in summary["needed"]]
+    assert len(told) == 2 * (1 + 3 + 2 + 1)
+    # m follows n, and is no step of its own.
+    assert all(sum(design[axis] != value for axis, value in usual.items()) <= 1 for design in told)
+
+
+def test_the_simulations_know_nothing_of_the_sweep():
+    names = {f.name for f in dataclasses.fields(simulate.Config)}
+    assert set(simulate.STAGE.sweep.options) <= names
+    assert {name for name in names if name.startswith("sweep")} == set(simulate.STAGE.sweep.options)
+    assert not simulate.STAGE.sweep.asked(simulate.Config())
 
 
 @pytest.mark.parametrize("change", [{"ddof": 1}, {"carry_over": True}])

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from hrcneuro.ur10 import controller as modes
+from hrcneuro.ur10 import geometry, internal, streams
 from hrcneuro.ur10.arm import MAX_SPEED, START
 from hrcneuro.ur10.faults import KINDS, Network, Schedule, parse
+from hrcneuro.ur10.modes import POSITION, TEACH
 
 SPIN = "def program():\n while True:\n speedj([0, 0.3, 0, 0, 0, 0], 5, 0.008)\n end\nend\n"
+
+
+def control_mode(c):
+    """Return the control mode that the primary and secondary ports tell."""
+    return streams.state(c)[5 + 5 + 8 + 7 + 1]
 
 
 def trace(robot, script, seconds=10.0):
@@ -36,6 +43,17 @@ def test_movej_keeps_its_acceleration_and_speed(robot, a, v):
     robot.wait(0.2)
     np.testing.assert_allclose(robot.controller.arm.q, q, atol=1e-6)
     np.testing.assert_allclose(speeds[:, 1] / 0.3, speeds[:, 3] / -0.5, atol=1e-9)
+
+
+@pytest.mark.parametrize("slider", [1.0, 0.5, 0.25])
+def test_the_slider_slows_a_velocity_s_time_so_that_the_way_stays(robot, slider):
+    robot.controller.slider = slider
+    before = robot.controller.arm.target_q[5]
+    speeds = trace(
+        robot, "def p():\nspeedj([0, 0, 0, 0, 0, 0.8], 1000, 0.08)\nspeedj([0, 0, 0, 0, 0, 0], 1000, 0.08)\nend\n"
+    )
+    assert np.count_nonzero(speeds[:, 5]) == 10 / slider
+    assert robot.controller.arm.target_q[5] - before == pytest.approx(0.8 * 0.08)
 
 
 def test_movej_in_time(robot):
@@ -166,8 +184,9 @@ def test_without_power_nothing_runs(new_robot):
     assert "not running" in robot.errors[-1]
 
 
-def test_a_watchdog_stops_what_is_not_kept_awake(robot):
-    script = 'def program():\nrtde_set_watchdog("input_int_register_0", 10, "stop")\n' + SPIN.split("\n", 1)[1]
+@pytest.mark.parametrize("action", ["stop", "STOP"])
+def test_a_watchdog_stops_what_is_not_kept_awake(robot, action):
+    script = f'def program():\nrtde_set_watchdog("input_int_register_0", 10, "{action}")\n' + SPIN.split("\n", 1)[1]
     robot.controller.start(robot.compile(script))
     for _ in range(50):
         robot.controller.cycle()
@@ -182,6 +201,130 @@ def test_the_slider_slows_moves_and_speeds(robot):
     robot.controller.slider = 0.5
     robot.run(SPIN, seconds=0.5)
     assert robot.controller.arm.target_qd[1] == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize("what", [
+    "movej([0, 0, 0, 0, 0, 0])", "speedj([0, 0.1, 0, 0, 0, 0], 1, 0.1)", "stopj(1)", "servoj([0, 0, 0, 0, 0, 0])",
+    "sleep(0.1)", "sleep(0.001)", "sync()", "popup('x', blocking=True)", "while True:\nx = 1\nend", "run t()",
+    "x = 1 / 0",
+])  # fmt: skip
+def test_a_secondary_program_neither_moves_nor_waits_and_the_main_one_goes_on(robot, what):
+    robot.run(SPIN, seconds=0.5)
+    main, before = robot.controller.program, robot.controller.arm.target_qd[:]
+    thread = "thread t():\nset_flag(1, True)\nend\n"
+    robot.controller.start(robot.compile(f"sec s():\n{thread}set_flag(0, True)\n{what}\nset_flag(2, True)\nend\n"))
+    robot.wait(0.1)
+    assert len(robot.errors) == 1
+    assert robot.controller.memory.flags[:3] == [True, False, False]
+    assert robot.controller.program is main
+    assert robot.controller.arm.target_qd == before
+
+
+def test_a_move_that_a_joint_cannot_follow_is_slower(robot):
+    pose = robot.controller.arm.pose()
+    goal = [pose[0], pose[1] + 0.3, *pose[2:]]
+    speeds = trace(robot, f"movel(p{goal}, a=40, v=9)\n")
+    assert (np.abs(speeds) <= np.array(MAX_SPEED) * 1.0001).all()
+    assert len(speeds) > 0.3 / 9 / 0.008
+    np.testing.assert_allclose(robot.controller.arm.target_pose(), goal, atol=1e-6)
+
+
+@pytest.mark.parametrize("t", [0.01, 0.05, 0.1, 1.0])
+@pytest.mark.parametrize("way", [0.5, 3.14])
+def test_a_time_that_a_joint_cannot_keep_is_longer(robot, t, way):
+    q = list(START)
+    q[0] += way
+    speeds = trace(robot, f"movej({q}, t={t})\n")
+    assert not robot.errors
+    assert np.abs(speeds).max() <= MAX_SPEED[0] * 1.0001
+    assert len(speeds) * 0.008 >= max(t, way / MAX_SPEED[0])
+    assert robot.controller.arm.target_q[0] == pytest.approx(q[0])
+
+
+@pytest.mark.parametrize("way", [0.2, 0.6])
+@pytest.mark.parametrize("t", [0.01, 0.05, 0.1])
+def test_a_tool_s_way_in_too_short_a_time_is_slower(robot, t, way):
+    pose = robot.controller.arm.pose()
+    goal = [pose[0], pose[1] + way, *pose[2:]]
+    speeds = trace(robot, f"movel(p{goal}, t={t})\n")
+    assert not robot.errors
+    assert (np.abs(speeds) <= np.array(MAX_SPEED) * 1.0001).all()
+    np.testing.assert_allclose(robot.controller.arm.target_pose(), goal, atol=1e-6)
+
+
+def test_the_arm_is_steady_after_half_a_second_at_rest(robot):
+    said = robot.run("def p():\nspeedj([0, 0.1, 0, 0, 0, 0], 5, 0.1)\nstopj(5)\nsleep(0.4)\ntextmsg(is_steady())\n"
+                     "sleep(0.2)\ntextmsg(is_steady())\nend\n")  # fmt: skip
+    assert said == ["False", "True"]
+
+
+def test_what_polyscope_and_drivers_send_is_no_script(robot):
+    c = robot.controller
+    robot.run(SPIN, seconds=0.1)
+    for line, done in (
+        ("pause program", lambda: c.runtime_state == modes.PAUSED),
+        ("resume program", lambda: c.runtime_state == modes.PLAYING),
+        ("set speed 0.5", lambda: c.slider == 0.5),
+        ("stop program", lambda: c.program is None),
+        ("set robotmode freedrive", lambda: control_mode(c) == TEACH),
+        ("set robotmode run", lambda: control_mode(c) == POSITION),
+        ("set robotmode freedrive", lambda: c.freedrive),
+        ("power off", lambda: c.robot_mode == modes.POWER_OFF),
+        ("power on\r", lambda: c.robot_mode == modes.IDLE),
+        ("set robotmode freedrive", lambda: not c.freedrive),
+        ("set robotmode run", lambda: c.robot_mode == modes.RUNNING),
+    ):
+        assert internal.obey(c, line)
+        robot.wait(2.5)
+        assert done(), line
+    c.protective_stop("test")
+    assert internal.obey(c, "set unlock protective stop")
+    robot.wait(4.9)
+    assert c.safety_mode == modes.PROTECTIVE
+    robot.wait(0.2)
+    assert c.safety_mode == modes.NORMAL
+    for line in ("set speed 2", "set speed fast", "power", "set_digital_out(0, True)"):
+        assert not internal.obey(c, line)
+
+
+def test_a_program_s_protective_stop_has_ur_s_number(robot):
+    said = []
+    robot.controller.outlets.append(said.append)
+    robot.run("protective_stop()\n", seconds=0.1)
+    assert [notice.number for notice in said if notice.kind == "error"] == [209]
+
+
+def test_a_program_ends_freedrive_and_is_not_ended_by_it(robot):
+    c = robot.controller
+    internal.obey(c, "set robotmode freedrive")
+    robot.run("sec s():\nset_flag(0, True)\nend\n", seconds=0.1)
+    assert c.freedrive
+    robot.run(SPIN, seconds=0.1)
+    assert not c.freedrive
+    internal.obey(c, "set robotmode freedrive")
+    robot.wait(0.1)
+    assert not c.freedrive
+    assert c.runtime_state == modes.PLAYING
+
+
+def test_deviations_are_told_once_each_while_a_program_asks_for_it(robot):
+    turns = "speedj([0, 1, 0, 0, 0, 0], 10, 0.4)\nstopj(10)\nsleep(0.2)\n"
+    said = robot.run(f"def p():\n{turns}position_deviation_warning(True, 0.1)\n{turns}{turns}"
+                     f"position_deviation_warning(True)\n{turns}end\n")  # fmt: skip
+    assert len(said) == 2
+    assert all("Position deviation: 1" in text for text in said)
+    assert len(robot.run(f"def p():\n{turns}end\n")) == 2
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_accelerometer_s_axis_that_points_upwards_reads_gravity(new_robot, axis):
+    robot = new_robot()
+    turn = {0: [0, -math.pi / 2, 0], 1: [math.pi / 2, 0, 0], 2: [0, 0, 0]}[axis]
+    arm = robot.controller.arm
+    tool = geometry.pose_trans(geometry.pose_inv([*arm.pose()[:3], 0, 0, 0]), arm.pose())
+    arm.tcp = geometry.pose_trans(geometry.pose_inv(tool), [0, 0, 0, *turn])
+    expected = [9.81 if i == axis else 0.0 for i in range(3)]
+    np.testing.assert_allclose(arm.accelerometer(), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("text", ["protective_stop@5", "drop=0.2", "slider=0", "cut@1", "silence=0.5@2"])

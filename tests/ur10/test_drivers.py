@@ -16,7 +16,7 @@ import pytest
 from ur10_robot import new_address
 
 from hrcneuro.arms.clock import Stamps, WallClock
-from hrcneuro.arms.dashboard import check_ready
+from hrcneuro.arms.dashboard import check_delay, check_ready
 from hrcneuro.arms.script import ScriptArm
 from hrcneuro.arms.ur import UrArm
 from hrcneuro.arms.ursim import UrSim
@@ -133,6 +133,70 @@ def test_an_arm_whose_driver_is_gone_comes_to_rest_and_stays(way, kind, served, 
     assert rest[0] - begin < 0.25
     packets.until(lambda p: p[0] > rest[0] + 0.5 or speed_of(p) > 0.01)
     assert speed_of(packets.packet()) < 0.01
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("moving", [True, False])
+def test_a_session_that_is_suspended_moves_nothing_when_it_wakes(kind, moving, served, stream, tmp_path):
+    """At rest, too: a driver that kept the arm awake would let it move after the gap."""
+    if kind == "rtde":
+        pytest.importorskip("rtde_control", reason="ur-rtde is not installed: hrcneuro[ur]")
+    one = served()
+    packets = stream(one)
+    program = f"""
+import math, os, sys
+from hrcneuro.arms import connect
+arm, clock = connect("ur", host={one.address!r}, driver={kind!r})
+begin, last = clock.now(), clock.now()
+for i in range(10 ** 6):
+    clock.wait_until(begin + 0.008 * i)
+    arm.state()
+    if clock.now() - last > 0.5:
+        break
+    last = clock.now()
+    if i == 50:
+        print(flush=True)
+    arm.speed([{0.4 if moving else 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0])
+# What a loop without a look at its own lateness would do now.
+for i in range(50):
+    arm.speed([0.4, 0.0, 0.0, 0.0, 0.0, 0.0] if {kind == "rtde"} else [0.0] * 6)
+    clock.wait_until(clock.now() + 0.008)
+print(arm.state().runtime, flush=True)
+os._exit(0)
+"""
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    try:
+        process.stdout.readline()
+        process.send_signal(signal.SIGSTOP)
+        begin = packets.newest()[0]
+        rest = packets.until(lambda p: p[0] > begin and speed_of(p) < 0.01)
+        assert rest[0] - begin < 0.35
+        packets.until(lambda p: p[0] > begin + 1.0)
+        assert packets.newest()[PROGRAM] == 1.0, "nothing keeps the controller's program awake"
+        process.send_signal(signal.SIGCONT)
+        runtime = process.stdout.readline()
+        assert kind == "script" or runtime == "1\n"
+        assert speed_of(packets.until(lambda p: p[0] > begin + 1.3 or speed_of(p) > 0.01)) < 0.01
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.06])
+def test_a_delay_that_is_even_is_measured_there_and_back(served, latency):
+    one = served()
+    if not latency:
+        check_delay(one.address, 0.05)
+        return
+    one.fault(f"latency={latency}")
+    with pytest.raises(HardwareError, match=r"answers after \d+ ms at the quickest; 50 ms are allowed") as error:
+        check_delay(one.address, 0.05)
+    assert (error.value.exit_code, "nothing has moved" in error.value.problem) == (4, True)
+
+
+def test_a_robot_without_rtde_is_left_to_its_driver():
+    check_delay(new_address(), 0.05)
 
 
 def test_the_command_a_killed_driver_left_behind_moves_nothing_on_connecting(served, stream, driver):

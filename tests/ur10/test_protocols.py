@@ -7,8 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ur10_robot import Robot
 
-from hrcneuro.ur10 import dashboard, rtde, streams
+from hrcneuro.ur10 import dashboard, messages, rtde, streams
 from hrcneuro.ur10.controller import POWER_OFF
+from hrcneuro.ur10.modes import Notice
+from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.variables import FORMATS, INPUTS, OUTPUTS
 
 
@@ -88,19 +90,62 @@ def test_unknown_and_later_fields_are_not_found(client, new_robot):
     assert client.ask(b"I", b"input_int_register_0,nonsense") == b"\0INT32,NOT_FOUND"
 
 
-@pytest.mark.parametrize("rate", [125.0, 62.5, 25.0, 1.0])
-def test_the_rate_is_kept(client, robot, rate):
+@pytest.mark.parametrize(
+    ("rate", "cycles"), [(125.0, 1), (100.0, 1), (62.5, 2), (50.0, 2), (25.0, 5), (10.0, 12), (1.0, 125)]
+)
+def test_packages_are_even_from_the_first_on(client, robot, rate, cycles):
     client.outputs(b"timestamp", rate)
-    client.ask(b"S")
-    client.sent.clear()
-    for _ in range(250):
-        client.session.tick()
-    assert len(client.sent) == pytest.approx(250 * rate / 125.0, abs=1)
+    for _ in range(2):  # after a pause, too
+        client.ask(b"S")
+        client.sent.clear()
+        came = []
+        for i in range(400):
+            client.session.tick()
+            came += [i] * len(client.sent)
+            client.sent.clear()
+        assert came == list(range(0, 400, cycles))
+        client.ask(b"P")
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("rate", [0.0, -1.0, 0.9, 125.1, 500.0, float("nan"), float("inf")])
 def test_an_impossible_rate_is_refused(client, rate):
     assert client.outputs(b"timestamp", rate)[:1] == b"\0"
+
+
+# As UR's guide has them: the first software, outputs, inputs.
+FIELDS = (
+    ((3, 5), "elbow_position elbow_velocity input_int_register_23 output_bit_registers32_to_63 tool_output_mode",
+     "external_force_torque input_double_register_23 speed_slider_mask input_bit_registers0_to_31"),
+    ((3, 9), "input_bit_register_64 output_int_register_24 output_double_register_47 input_double_register_24",
+     "input_bit_register_127 input_int_register_24 input_double_register_47"),
+    ((3, 10), "safety_status", ""),
+    ((3, 11), "payload payload_cog", ""),
+    ((3, 12), "tcp_offset", ""),
+    ((3, 14), "script_control_line", ""),
+    ((3, 15), "payload_inertia joint_position_deviation_ratio", ""),
+    ((9, 9), "ft_raw_wrench collision_detection_ratio time_scale_source", "speed_slider"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("minor", range(5, 16))
+def test_fields_are_those_of_the_software(new_robot, minor):
+    for since, outputs, inputs in FIELDS:
+        one = Client(new_robot(version=(3, minor, 0, 1)))
+        one.ask(b"V", b"\0\2")
+        answers = [one.outputs(name.encode())[1:] for name in outputs.split()]
+        answers += [one.ask(b"I", name.encode())[1:] for name in inputs.split()]
+        assert [answer != b"NOT_FOUND" for answer in answers] == [since <= (3, minor)] * len(answers), since
+
+
+def test_new_fields_have_their_values(new_robot):
+    robot = new_robot(version=(3, 15, 8, 106339))
+    robot.run("def p():\nset_tcp(p[0, 0, 0.1, 0, 0, 0])\nset_target_payload(1, [0, 0, 0.2], [1, 2, 3, 0, 0, 0])\n"
+              "speedj([0, 0.5, 0, 0, 0, 0], 5, 0.5)\nend\n", seconds=0.4)  # fmt: skip
+    c = robot.controller
+    assert OUTPUTS["tcp_offset"].read(c) == [0, 0, 0.1, 0, 0, 0]
+    assert OUTPUTS["payload_inertia"].read(c) == [1, 2, 3, 0, 0, 0]
+    lag = abs(c.arm.target_q[1] - c.arm.q[1])
+    assert OUTPUTS["joint_position_deviation_ratio"].read(c) == pytest.approx(lag / 0.2)
 
 
 def test_inputs_have_one_owner_until_it_leaves(robot):
@@ -216,15 +261,56 @@ def test_the_state_message_is_made_of_known_parts(robot):
         0: 46, 1: 251, 2: 37, 3: 74, 4: 101, 5: 225, 6: 445, 7: 61, 8: 7
     }  # fmt: skip
     assert struct.unpack_from(">6d", parts[4], 5) == tuple(robot.controller.arm.pose())
-    first = streams.version_message(robot.controller)
+    first = messages.version(robot.controller)
     assert struct.unpack(">iB", first[:5]) == (len(first), 20)
+
+
+@pytest.mark.parametrize(("minor", "size"), [(5, 74), (13, 74), (14, 75), (15, 75)])
+def test_the_master_board_s_part_grew_with_software_3_14(new_robot, minor, size):
+    message, at, sizes = streams.state(new_robot(version=(3, minor, 0, 1)).controller), 5, {}
+    while at < len(message):
+        length, part = struct.unpack_from(">iB", message, at)
+        sizes[part] = length
+        at += length
+    assert at == len(message)
+    assert sizes[3] == size
+
+
+@pytest.mark.parametrize(("notice", "kind", "body"), [
+    (Notice("text", "Grüße"), 0, "Grüße".encode()),
+    (Notice("label", "MoveJ", number=7), 1, b"\0\0\0\x07MoveJ"),
+    (Notice("safety", number=3), 5, bytes(8) + b"\x03" + bytes(8)),
+    (Notice("error", "bad"), 6, bytes(8) + b"\0\0\0\x02" + bytes(8) + b"bad"),
+    (Notice("error", "stop", number=209), 6, b"\0\0\0\xd1\0\0\0\0\0\0\0\x02" + bytes(8) + b"stop"),
+    (Notice("started", "mine"), 7, bytes(8) + b"\x13PROGRAM_XXX_STARTEDmine"),
+    (Notice("stopped", ""), 7, bytes(8) + b"\x13PROGRAM_XXX_STOPPED"),
+    (Notice("exception", "runtime error", 2, 5), 10, b"\0\0\0\x02\0\0\0\x05runtime error"),
+])  # fmt: skip
+def test_messages_have_ur_s_layout(robot, notice, kind, body):
+    packet = messages.message(robot.controller, notice)
+    assert struct.unpack(">iBQbb", packet[:15]) == (len(packet), 20, 0, -2, kind)
+    assert packet[15:] == body
+
+
+def test_a_program_that_does_not_compile_has_ur_s_word_and_ours(robot):
+    said = []
+    robot.controller.outlets.append(said.append)
+    with pytest.raises(ScriptError) as refused:
+        robot.compile("def f():\n  fly()\nend\n")
+    robot.controller.refuse(refused.value)
+    packet = messages.message(robot.controller, said[-1])
+    size = struct.unpack(">i", packet[:4])[0]
+    assert packet[15:size] == struct.pack(">ii", 2, 3) + b"compile_error_name_not_found:fly:"
+    assert packet[size + 15 :] == b"line 2: no function 'fly'"
 
 
 @pytest.fixture
 def panel(robot):
     sent = []
     programs = {"wave.script": "def wave():\nwhile True:\nsync()\nend\nend\n", "bad.script": "fly()\n"}
-    session = dashboard.DashboardSession(robot.controller, sent.append, programs=programs, compile=robot.compile)
+    session = dashboard.DashboardSession(
+        robot.controller, sent.append, programs=programs, refused={"box.urp": "a box"}, compile=robot.compile
+    )
     assert sent.pop() == b"Connected: Universal Robots Dashboard Server\n"
 
     def ask(line):
@@ -241,6 +327,7 @@ def test_the_dashboard_s_answers(panel, robot):
         ("running", "Program running: false"), ("programState", "STOPPED <unnamed>"),
         ("PolyscopeVersion", "URSoftware 3.9.1.64192 (Jan 01 2019)"),
         ("get robot model", "UR10"), ("play", "Failed to execute: play"), ("pause", "Failed to execute: pause"),
+        ("load box.urp", "Error while loading program: box.urp: a box"),
         ("load none.urp", "File not found: none.urp"), ("get loaded program", "No program loaded"),
         ("load wave.script", "Loading program: wave.script"),
         ("get loaded program", "Loaded program: /programs/wave.script"),
@@ -273,6 +360,20 @@ def test_the_dashboard_s_answers(panel, robot):
     robot.wait(2.5)
     assert panel("robotmode") == "Robotmode: RUNNING"
     assert panel("quit") == "Disconnected"
+
+
+@pytest.mark.parametrize(("line", "since", "answer"), [
+    ("saveLog", 13, "Log saved to disk"), ("safetystatus", 10, "Safetystatus: NORMAL"),
+    ("generate flight report system", 13, "Flight Report generated with id: 0"),
+    ("generate support file .", 13, "Completed successfully: ur_20183000000.zip"),
+    ("restart safety", 7, "Restarting safety"),
+])  # fmt: skip
+def test_commands_of_the_dashboard_are_those_of_the_software(new_robot, line, since, answer):
+    for minor in (since - 1, since):
+        robot, sent = new_robot(version=(3, minor, 0, 1)), []
+        session = dashboard.DashboardSession(robot.controller, sent.append, programs={}, compile=robot.compile)
+        session.feed(line.encode() + b"\n")
+        assert sent[-1].decode() == (f"{answer}\n" if minor == since else f"could not understand: {line}\n")
 
 
 @given(st.binary(max_size=200))

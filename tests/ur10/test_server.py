@@ -77,7 +77,7 @@ def test_faults_are_brought_about_on_their_port(served, stream):
     one = served("--fault", "slider=0.7")
     packets = stream(one)
     packets.until(lambda p: p[117] == 0.7)
-    one.fault("slider=0.4", "drop=0.5")
+    one.fault("drop=0.5", "slider=0.4")
     packets.until(lambda p: p[117] == 0.4)
     times = [packets.packet()[0] for _ in range(20)]
     np.testing.assert_allclose(np.diff(times), 0.016, atol=1e-9)
@@ -112,6 +112,8 @@ def test_signals_end_it_in_order(number):
     (["--address", "robot"], 2, "no IPv4 address"),
     (["--software", "5.11.0.1"], 2, "no CB3 software"),
     (["--fault", "drops=1"], 2, "did you mean 'drop'"),
+    (["--programs", __file__ + ".none"], 2, "No such file"),
+    (["--programs", __file__], 2, "Not a directory"),
 ])  # fmt: skip
 def test_bad_arguments_are_refused(arguments, code, part):
     done = subprocess.run([sys.executable, "-m", "hrcneuro", "ur10", "serve", "--address", new_address(), *arguments],
@@ -141,3 +143,21 @@ def test_the_lateness_of_cycles_is_told_in_the_end():
         input=b"", capture_output=True, timeout=30,
     )  # fmt: skip
     assert b"cycles, 0 skipped; late by" in done.stderr
+
+
+def test_scripts_arrive_in_pieces_with_a_byte_order_mark_and_comments(shared, stream):
+    packets = stream(shared)
+    script = "\ufeff# Grüße\r\nsec s():\r\n  set_standard_digital_out(5, True)\r\nend\r\n".encode()
+    with shared.connect(30002) as link:
+        for byte in script:
+            link.sendall(bytes([byte]))
+        packets.until(lambda p: int(p[130]) >> 5 & 1)
+
+
+def test_what_a_program_tells_of_itself_comes_on_the_primary_port(shared):
+    with shared.connect(30001) as link:
+        link.sendall(b'def named():\n $ 3 "a label"\n textmsg(1, 2)\nend\n')
+        said = b""
+        while b"PROGRAM_XXX_STOPPEDnamed" not in said:
+            said += link.recv(65536)
+    assert said.index(b"PROGRAM_XXX_STARTEDnamed") < said.index(b"a label") < said.index(b"12")

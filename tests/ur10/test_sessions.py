@@ -57,7 +57,8 @@ def test_a_session_that_is_stopped_ends_and_keeps_its_record(inputs, served, str
         robot.run(config, inputs, tmp_path / "out")
     breaker.join()
     assert (error.value.exit_code, bool(error.value.cure)) == (4, True)
-    telemetry = pd.read_parquet(tmp_path / "rescue" / "s01" / "1" / "telemetry.parquet")
+    (kept,) = (tmp_path / "rescue" / "s01").iterdir()
+    telemetry = pd.read_parquet(kept / "telemetry.parquet")
     assert telemetry["time_s"].iloc[-1] - telemetry["time_s"].iloc[0] > 0.1
     assert not list((tmp_path / "out").iterdir())
     at_rest = stream(one).until(lambda p: max(map(abs, p[QD])) < 1e-3)

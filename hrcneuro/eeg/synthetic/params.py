@@ -34,7 +34,7 @@ class SyntheticParams:
 
     effect: str = option("anticipation", "which moves carry the extra positivity", choices=EFFECTS)
     effect_uv: float | None = option(None, "size of the extra; none: the effect's calibrated size", unit="uV", low=0)
-    sequential_share: float = option(0.5, "share of the effect that is left in sC", low=0)
+    sequential_share: float = option(0.5, "share of the effect that is left in sC", low=0, high=1, share=True)
     positivity_uv: float = option(4.0, "fronto-central positivity after every move", unit="uV", low=0)
     latency_ms: float = option(500.0, "its latency", unit="ms", low=0)
     latency_sd_ms: float = option(40.0, "standard deviation of the latency over trials", unit="ms", low=0)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hrcneuro.ur10.urscript.lexer import ScriptError, Token, tokens
+from hrcneuro.ur10.urscript.lexer import Token, tokens, wrong
+from hrcneuro.ur10.urscript.signatures import Call, Signatures
 
 _CONSTANTS = {"True": "True", "False": "False", "pi": "3.141592653589793"}
 _ARITHMETIC = {"+": "plus", "-": "minus", "*": "times", "/": "over", "%": "modulo"}
@@ -27,11 +28,14 @@ class Scope:
 class Expressions:
     """The tokens of one script, and the names it knows."""
 
-    def __init__(self, script: str, *, plain: Collection[str], blocking: Collection[str]) -> None:
-        """Take a script, and the names of built-in functions that return at once or take time."""
+    def __init__(
+        self, script: str, *, plain: Collection[str], blocking: Collection[str], signatures: Signatures | None = None
+    ) -> None:
+        """Take a script, the names of built-in functions that return at once or take time, and what they are given."""
         self._tokens = tokens(script)
         self._at = 0
-        self._plain, self._blocking = plain, blocking
+        self._plain, self._blocking, self._signatures = plain, blocking, signatures or Signatures({})
+        self._calls: list[Call] = []  # of the script's own functions, which may stand further down
         self._scope = Scope(None)
         # Functions may be called above where they are defined.
         self._globals, self._functions = self._named("global"), self._named("def", "thread")
@@ -53,18 +57,19 @@ class Expressions:
         while self._peek().kind == "keyword" and self._peek().text in ("or", "xor"):
             word = self._next().text
             right = self._conjunction()
-            left = f"({left} or {right})" if word == "or" else f"(bool({left}) != bool({right}))"
+            left = f"rt.boolean({left})"
+            left = f"({left} or rt.boolean({right}))" if word == "or" else f"({left} != rt.boolean({right}))"
         return left
 
     def _conjunction(self) -> str:
         left = self._negation()
         while self._take("and"):
-            left = f"({left} and {self._negation()})"
+            left = f"(rt.boolean({left}) and rt.boolean({self._negation()}))"
         return left
 
     def _negation(self) -> str:
-        if self._take("not"):
-            return f"(not {self._negation()})"
+        if self._take("not") or self._take("!"):  # ! in the script manual's own example
+            return f"(not rt.boolean({self._negation()}))"
         left = self._sum()
         while self._peek().kind == "sign" and self._peek().text in _COMPARISONS:
             sign = self._next().text
@@ -85,12 +90,13 @@ class Expressions:
 
     def _unary(self) -> str:
         if self._take("-"):
-            return f"(-{self._unary()})"
+            return f"rt.negated({self._unary()})"
         if self._take("+"):
             return self._unary()
         value = self._atom()
         while self._take("["):
-            value += "".join(f"[int({i})]" for i in self._list("]"))
+            for i in self._list("]"):
+                value = f"rt.at({value}, {i})"
         return value
 
     def _atom(self) -> str:
@@ -98,7 +104,7 @@ class Expressions:
         token = self._next()
         if token.kind == "number":
             # Leading zeros are no number in Python.
-            return repr(float(token.text)) if not _whole(token.text) else str(_integer(token.text))
+            return repr(float(token.text)) if not is_whole(token.text) else str(integer(token.text))
         if token.kind == "string":
             return repr(token.text[1:-1])
         if token.text == "(":
@@ -112,40 +118,55 @@ class Expressions:
         if token.text == "run":
             name = self._next()
             if name.text not in self._functions:
-                raise ScriptError(f"line {name.line}: no thread {name.text!r}")
+                raise wrong(name, f"no thread {name.text!r}", f"compile_error_name_not_found:{name.text}:")
             self._expect("(")
-            return f"rt.run(f_{name.text}({self._arguments('v_')}))"
+            return f"rt.run(f_{name.text}({self._given(name)}))"
         if token.text in _CONSTANTS and not self._scope.variable(token.text):
             return _CONSTANTS[token.text]
         if token.kind == "name":
-            return self._call(token) if self._take("(") else self._read(token.text, token)
-        raise ScriptError(f"line {token.line}: unexpected {token.text.strip() or 'end of line'!r}")
+            return self._call(token) if self._take("(") else self._called(self._read(token.text, token))
+        raise wrong(token, f"unexpected {token.text.strip() or 'end of line'!r}")
 
     def _call(self, token: Token) -> str:
         name = token.text
         if name in self._functions:
-            return f"(yield from f_{name}({self._arguments('v_')}))"
-        arguments = self._arguments()
-        if name in self._blocking:
-            return f"(yield from b_{name}({arguments}))"
-        if name in self._plain:
-            return f"b_{name}({arguments})"
-        raise ScriptError(f"line {token.line}: no function {name!r}")
+            return f"(yield from f_{name}({self._given(token)}))"
+        if name not in self._blocking and name not in self._plain:
+            raise wrong(token, f"no function {name!r}", f"compile_error_name_not_found:{name}:")
+        given = self._arguments()
+        self._signatures.check(Call(token, [key for key, _ in given]))
+        arguments = ", ".join(f"{key}={value}" if key else value for key, value in given)
+        return f"(yield from b_{name}({arguments}))" if name in self._blocking else f"b_{name}({arguments})"
 
-    def _arguments(self, prefix: str = "") -> str:
+    def _called(self, value: str) -> str:
+        # handle.function(…): a remote procedure, of what rpc_factory returned.
+        while self._take("."):
+            name = self._name()
+            self._expect("(")
+            given = ", ".join([value, repr(name), *self._list(")")])
+            value = f"(yield from b__remote({given}))"
+        return value
+
+    def _given(self, function: Token) -> str:
+        # What one of the script's own functions is called with.
+        given = self._arguments()
+        self._calls.append(Call(function, [key for key, _ in given]))
+        return ", ".join(f"v_{key}={value}" if key else value for key, value in given)
+
+    def _arguments(self) -> list[tuple[str, str]]:
+        """Return what stands up to the closing bracket: the parameter's name, or none, and the value."""
         given = []
         while not self._take(")"):
             following = self._tokens[self._at + 1]
+            name = ""
             if self._peek().kind == "name" and following.kind == "sign" and following.text == "=":
                 name = self._name()
                 self._expect("=")
-                given.append(f"{prefix}{name}={self._expression()}")
-            else:
-                given.append(self._expression())
+            given.append((name, self._expression()))
             if not self._take(","):
                 self._expect(")")
                 break
-        return ", ".join(given)
+        return given
 
     def _known(self, name: str) -> bool:
         return name in self._globals or self._scope.variable(name)
@@ -157,7 +178,7 @@ class Expressions:
             return f"g_{name}"
         if self._scope.variable(name):
             return f"v_{name}"
-        raise ScriptError(f"line {token.line}: no variable {name!r}")
+        raise wrong(token, f"no variable {name!r}", f"compile_error_name_not_found:{name}:")
 
     def _list(self, closing: str) -> list[str]:
         values = []
@@ -189,12 +210,12 @@ class Expressions:
     def _expect(self, text: str) -> None:
         if not self._take(text):
             token = self._peek()
-            raise ScriptError(f"line {token.line}: expected {text!r}, got {token.text.strip() or 'end of line'!r}")
+            raise wrong(token, f"expected {text!r}, got {token.text.strip() or 'end of line'!r}")
 
     def _name(self) -> str:
         token = self._next()
         if token.kind != "name":
-            raise ScriptError(f"line {token.line}: expected a name, got {token.text.strip() or 'end of line'!r}")
+            raise wrong(token, f"expected a name, got {token.text.strip() or 'end of line'!r}")
         return token.text
 
     def _part_variable_p(self) -> None:
@@ -208,9 +229,11 @@ class Expressions:
             self._at += 1
 
 
-def _whole(text: str) -> bool:
+def is_whole(text: str) -> bool:
+    """Return whether a number's text is that of an integer."""
     return text.isdigit() or text[:2].lower() in ("0x", "0b")
 
 
-def _integer(text: str) -> int:
+def integer(text: str) -> int:
+    """Return the integer that a text writes."""
     return int(text) if text.isdigit() else int(text, 0)

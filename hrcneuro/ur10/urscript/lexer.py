@@ -15,25 +15,39 @@ _TOKEN = re.compile(
       | (?P<string>"[^"\n]*"|'[^'\n]*')
       | (?P<pose>p\[)
       | (?P<name>[A-Za-z_][A-Za-z_0-9]*)
-      | (?P<sign>==|!=|<=|>=|[-+*/%=<>()\[\],:.])""",
+      | (?P<sign>==|!=|<=|>=|[-+*/%=<>!()\[\],:.$])""",
     re.VERBOSE,
 )
 # What may not end a statement: it goes on in the next line, past comments.
-_OPENING = "+ - * / % = == != < > <= >= , ( [ p[ and or not xor"
+_OPENING = "+ - * / % = == != < > <= >= , ( [ p[ and or not xor !"
 _OPEN = frozenset(_OPENING.split())
 _WORD = re.compile(r"\"[^\"\n]*\"|'[^'\n]*'|#[^\n]*|\b(def|sec|thread|while|if|end)\b")
+
+
+_BYTE_ORDER_MARK = "\ufeff"  # what editors on Windows write first
 
 
 class ScriptError(Exception):
     """A program that cannot be run, or cannot go on; the message names the line."""
 
+    def __init__(self, message: str, *, line: int = 0, column: int = 0, code: str = "") -> None:
+        """Keep the message; line and column count from 1, and ``code`` is the controller's own word for it."""
+        super().__init__(message)
+        self.line, self.column, self.code = line, column, code
+
 
 class Token(NamedTuple):
-    """One token: its kind (name, keyword, number, string, sign, newline, end of text), its text and its line."""
+    """One token: its kind (name, keyword, number, string, sign, newline, end of text), its text and its place."""
 
     kind: str
     text: str
     line: int
+    column: int = 1
+
+
+def wrong(token: Token, problem: str, code: str = "compile_error") -> ScriptError:
+    """Return the error that a program has a ``problem`` at a token."""
+    return ScriptError(f"line {token.line}: {problem}", line=token.line, column=token.column, code=code)
 
 
 def tokens(script: str) -> list[Token]:
@@ -43,25 +57,27 @@ def tokens(script: str) -> list[Token]:
         ScriptError: A character that belongs to no token.
     """
     tokens: list[Token] = []
-    at, line, depth = 0, 1, 0
+    script = script.removeprefix(_BYTE_ORDER_MARK)
+    at, line, depth, begin = 0, 1, 0, 0
     while at < len(script):
         match = _TOKEN.match(script, at)
         if match is None:
-            raise ScriptError(f"line {line}: unexpected character {script[at]!r}")
+            raise wrong(Token("", "", line, at - begin + 1), f"unexpected character {script[at]!r}")
         kind, text = str(match.lastgroup), match.group()
-        at = match.end()
+        column, at = at - begin + 1, match.end()
         if kind == "newline":
             inside = depth > 0 or (tokens and tokens[-1].text in _OPEN and tokens[-1].kind != "string")
             if not inside and tokens and tokens[-1].kind != "newline":
-                tokens.append(Token("newline", text, line))
-            line += text == "\n"
+                tokens.append(Token("newline", text, line, column))
+            if text == "\n":
+                line, begin = line + 1, at
         elif kind != "blank":
             depth += (text in ("(", "[", "p[")) - (text in (")", "]"))
             if kind == "pose":
                 kind = "sign"
             elif kind == "name" and text in KEYWORDS:
                 kind = "keyword"
-            tokens.append(Token(kind, text, line))
+            tokens.append(Token(kind, text, line, column))
     tokens.append(Token("newline", "\n", line))
     tokens.append(Token("eof", "", line))
     return tokens
@@ -93,9 +109,12 @@ class Splitter:
         return done
 
     def _add(self, line: str) -> str | None:
-        if not self._program and not line.strip():
-            self._size = len(self._line)
-            return None
+        if not self._program:
+            # Between programs, lines that say nothing run nothing: the program that runs goes on.
+            line = line.removeprefix(_BYTE_ORDER_MARK)
+            if not line.strip() or line.lstrip().startswith("#"):
+                self._size = len(self._line)
+                return None
         self._program.append(line)
         for match in _WORD.finditer(line):
             word = match.group(1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Pose
 
 Vector = Sequence[float]
-_LONGEST = 65536
+_LONGEST = 1023  # characters of a string that a function makes
 
 
 def _pose(values: Sequence[float]) -> Pose:
@@ -51,24 +52,49 @@ def text(value: Any) -> str:
     if isinstance(value, bool):
         return str(value)
     if isinstance(value, float):
-        return f"{value:.6g}"
+        shown = f"{value:.6f}"
+        return shown.rstrip("0").rstrip(".") if "." in shown else shown
     if isinstance(value, list):
         return ("p" if isinstance(value, Pose) else "") + "[" + ", ".join(map(text, value)) + "]"
     return str(value)
 
 
-def _joined(a: Any, b: Any) -> str:
-    whole = text(a) + text(b)
-    if len(whole) > _LONGEST:
+def _bounded(string: str) -> str:
+    if len(string) > _LONGEST:
         raise ScriptError(f"runtime error: a string of more than {_LONGEST} characters")
-    return whole
+    return string
 
 
-def _number(value: Any) -> float:
-    try:
-        return float(value)
-    except ValueError:
-        raise ScriptError(f"runtime error: {value!r} is no number") from None
+def _number(str: str) -> float:
+    # An integer, unless there is a decimal point or an exponent.
+    for kind in (int, float):
+        try:
+            return kind(str)
+        except ValueError:
+            continue
+    if re.fullmatch(r"\s*[-+]?0[xX][0-9a-fA-F]+", str):
+        return int(str, 16)
+    raise ScriptError(f"runtime error: {str!r} is no number")
+
+
+def _character(src: str, index: int) -> str:
+    return src[_place(index, len(src) - 1)]
+
+
+def _part(src: str, index: int, len: int | None = None) -> str:
+    # The manual cuts what goes beyond the end: str_sub("abcde", 2, 50) is "cde".
+    rest = src[_place(index, src.__len__()) :]
+    return rest if len is None else rest[: _place(len, 2**31 - 1)]
+
+
+def _found(src: str, target: str, start_from: int = 0) -> int:
+    return src.find(target, _place(start_from, len(src)))
+
+
+def _place(index: Any, most: int) -> int:
+    if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index <= most:
+        raise ScriptError(f"runtime error: index out of range: {text(index)}, of 0 … {most}")
+    return index
 
 
 def _bits(value: int) -> list[bool]:
@@ -94,9 +120,8 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "wrench_trans": lambda t, w: [
         *geometry.turned(geometry.rotation(t[3:]), w[:3]), *geometry.turned(geometry.rotation(t[3:]), w[3:])
     ],
-    "to_str": text, "to_num": _number, "str_cat": _joined, "str_len": len, "str_empty": lambda s: not s,
-    "str_at": lambda s, i: s[int(i)],
-    "str_sub": lambda s, at, n=None: s[int(at) :] if n is None else s[int(at) : int(at) + int(n)],
-    "str_find": lambda s, part, start=0: s.find(part, int(start)),
+    "to_str": lambda val: _bounded(text(val)), "to_num": _number,
+    "str_cat": lambda op1, op2: _bounded(text(op1) + text(op2)), "str_len": len, "str_empty": lambda str: not str,
+    "str_at": _character, "str_sub": _part, "str_find": _found,
 }  # fmt: skip
 """What depends on nothing but the arguments; what touches the controller is in ``commands``."""

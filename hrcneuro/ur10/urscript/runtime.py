@@ -8,40 +8,46 @@ from types import CodeType
 from typing import Any
 
 from hrcneuro.ur10.urscript.lexer import ScriptError
+from hrcneuro.ur10.urscript.signatures import Signatures
 from hrcneuro.ur10.urscript.translate import Translator
+from hrcneuro.ur10.urscript.values import Pose, Values
 
-Routine = Generator[None, None, Any]
+__all__ = ["Compiled", "Pose", "Program", "Routine", "Thread", "compiled"]
+
+Routine = Generator[Any, None, Any]
+"""What a thread runs: it yields None when it is done for this cycle, True when others may have a turn before it."""
 
 _BUDGET = 2000  # turns of loops, calls and statements that a program's threads share in a cycle
 _MOST_THREADS = 50
-
-
-class Pose(list):
-    """A pose: to a program another type than a list of six joint angles."""
+_SOURCE = "<urscript>"
 
 
 class Compiled:
     """A translated program, which can be started any number of times."""
 
-    def __init__(self, code: CodeType, *, name: str, secondary: bool) -> None:
+    def __init__(self, code: CodeType, *, name: str, secondary: bool, origin: list[int]) -> None:
+        """Keep the code; ``origin`` has the script's line of each line of Python."""
         self.code = code
         self.name = name
         self.secondary = secondary
+        self.origin = origin
 
 
 @lru_cache(maxsize=64)
-def compiled(script: str, plain: frozenset[str], blocking: frozenset[str]) -> Compiled:
+def compiled(
+    script: str, plain: frozenset[str], blocking: frozenset[str], signatures: Signatures | None = None
+) -> Compiled:
     """Return a script's translation; ``plain`` and ``blocking`` name the built-in functions.
 
     Raises:
         ScriptError: The script is wrong; the message says where.
     """
-    translator = Translator(script, plain=plain, blocking=blocking)
+    translator = Translator(script, plain=plain, blocking=blocking, signatures=signatures)
     try:
-        code = compile(translator.source(), "<urscript>", "exec", dont_inherit=True)
+        code = compile(translator.source(), _SOURCE, "exec", dont_inherit=True)
     except (SyntaxError, RecursionError, ValueError, MemoryError, OverflowError) as error:
         raise ScriptError(f"the program is too deeply nested or not URScript ({type(error).__name__})") from None
-    return Compiled(code, name=translator.name, secondary=translator.secondary)
+    return Compiled(code, name=translator.name, secondary=translator.secondary, origin=translator.origin)
 
 
 class Thread:
@@ -52,20 +58,24 @@ class Thread:
         self.routine = routine
         self.alive = True
         self.critical = 0
+        self.budget = 0
+        self.kept_out = False  # of its turn, by another thread's critical section
 
 
-class Program:
+class Program(Values):
     """A program in its cycles; what its code calls ``rt``."""
 
-    def __init__(self, script: Compiled, functions: Mapping[str, Callable[..., Any]]) -> None:
+    def __init__(
+        self, script: Compiled, functions: Mapping[str, Callable[..., Any]], *, lists_compute: bool = True
+    ) -> None:
         """Prepare a translated script; ``functions`` are the built-in ones, by name."""
+        super().__init__(lists_compute=lists_compute)
         self.name = script.name
         self.secondary = script.secondary
-        self.budget = 0
-        self.error = ""
-        self._holder: Thread | None = None
+        self._origin = script.origin
+        self._holder: Thread | None = None  # in a critical section
         self._ended = False
-        space: dict[str, Any] = {"__builtins__": _BUILTINS, "rt": self}
+        space: dict[str, Any] = {"__builtins__": {}, "rt": self}
         space.update((f"b_{name}", function) for name, function in functions.items())
         exec(script.code, space)
         self._threads: dict[int, Thread] = {}
@@ -82,26 +92,68 @@ class Program:
         """Run every thread until it waits.
 
         Raises:
-            ScriptError: The program went wrong; it has ended.
+            ScriptError: The program went wrong, or is a secondary one that takes longer than this cycle; it has ended.
         """
-        share = _BUDGET // max(1, len(self._threads))
-        for thread in list(self._threads.values()):
-            if not thread.alive or (self._holder is not None and self._holder is not thread):
+        waiting = list(self._threads.values())
+        for thread in waiting:
+            thread.budget = _BUDGET // max(1, len(waiting))
+        ran = True
+        while waiting and ran:
+            waiting, ran = self._round(waiting)
+        if self.secondary and self.running:
+            self.stop()
+            raise ScriptError(
+                "runtime error: Runtime is too much behind: a secondary program may not wait, sleep or move, and has "
+                "one cycle"
+            )
+
+    def _round(self, threads: list[Thread]) -> tuple[list[Thread], bool]:
+        """Give each thread a turn; return those that want another in this cycle, and whether any had one."""
+        again: list[Thread] = []
+        ran = False
+        for thread in threads:
+            if not thread.alive:
                 continue
-            self.current, self.budget = thread, share
-            try:
-                next(thread.routine)
-            except StopIteration:
-                self._end(thread)
-            except ScriptError:
-                self.stop()
-                raise
-            except Exception as error:
-                # Whatever Python makes of a wrong program: an unset variable, an index, a type, a division.
-                self.stop()
-                raise ScriptError(f"runtime error: {_explained(error)}") from None
+            if self._holder is not None and self._holder is not thread:
+                thread.kept_out = True
+                again.append(thread)
+                continue
+            ran, thread.kept_out = True, False
+            if self._step(thread):
+                again.append(thread)
             if not self.running:
-                break
+                return [], ran
+        return again, ran
+
+    def _step(self, thread: Thread) -> bool:
+        """Run a thread until it waits; return whether it does so for others only."""
+        self.current, self.budget = thread, thread.budget
+        try:
+            return bool(next(thread.routine))
+        except StopIteration:
+            self._end(thread)
+        except ScriptError as error:
+            self.stop()
+            raise self._placed(error, error) from None
+        except Exception as error:
+            # Whatever Python makes of a wrong program: an unset variable, an index, a type, a division.
+            self.stop()
+            raise self._placed(ScriptError(f"runtime error: {_explained(error)}"), error) from None
+        finally:
+            thread.budget = self.budget
+        return False
+
+    def _placed(self, error: ScriptError, raised: BaseException) -> ScriptError:
+        """Return the error with the script's line in which it was raised."""
+        at, trace = 0, raised.__traceback__
+        while trace is not None:
+            if trace.tb_frame.f_code.co_filename == _SOURCE:
+                at = trace.tb_lineno
+            trace = trace.tb_next
+        line = self._origin[at - 1] if 0 < at <= len(self._origin) else 0
+        if not line or error.line:
+            return error
+        return ScriptError(f"{error} (line {line})", line=line, column=1, code=error.code)
 
     def stop(self) -> None:
         """End all threads."""
@@ -109,10 +161,12 @@ class Program:
         for thread in self._threads.values():
             thread.alive = False
 
-    # --- what translated code calls -----------------------------------------------------------------------------
+    # --- what translated code and built-in functions call -------------------------------------------------------
 
     def run(self, routine: Routine) -> int:
         """Start a thread; return its number, which is not 0."""
+        if self.secondary:
+            raise ScriptError("runtime error: a secondary program has no threads")
         if len(self._threads) >= _MOST_THREADS:
             raise ScriptError(f"runtime error: more than {_MOST_THREADS} threads")
         return self._add(routine).number
@@ -127,74 +181,39 @@ class Program:
 
     def join(self, number: Any) -> Routine:
         """Wait until a thread has ended."""
-        while number in self._threads:
-            yield
+        yield from self.wait_until(lambda: number not in self._threads)
 
     def halt(self) -> Routine:
         """End the program."""
         self.stop()
         yield
 
+    def wait_until(self, ready: Callable[[], bool]) -> Routine:
+        """Wait for something outside; meanwhile the others run, even where the caller is in a critical section."""
+        while not ready():
+            yield from self.give_way()
+
+    def give_way(self) -> Routine:
+        """Wait for the next cycle; meanwhile the others run, even where the caller is in a critical section."""
+        thread = self.current
+        if self._holder is thread:
+            self._holder = None
+        yield
+        if thread.critical:
+            self._holder = thread
+
     def enter_critical(self) -> None:
         """Let no other thread run until :meth:`exit_critical`."""
         self._holder = self.current
         self.current.critical += 1
 
-    def exit_critical(self) -> None:
-        """Let the others run again."""
+    def exit_critical(self) -> bool:
+        """Let the others run again; return whether one has waited for that."""
         self.current.critical = max(0, self.current.critical - 1)
-        if not self.current.critical:
-            self._holder = None
-
-    @staticmethod
-    def copy(value: Any) -> Any:
-        """Return a list's copy, anything else as it is: lists are values in URScript."""
-        return type(value)(value) if isinstance(value, list) else value
-
-    @staticmethod
-    def items(values: list[Any]) -> list[Any]:
-        """Return a list of numbers, texts, or lists of such: nothing deeper."""
-        for value in values:
-            if isinstance(value, list):
-                _flat(value)
-        return values
-
-    @staticmethod
-    def element(value: Any) -> Any:
-        """Return what becomes an element of a list: a list's copy."""
-        return type(value)(_flat(value)) if isinstance(value, list) else value
-
-    @staticmethod
-    def plus(a: Any, b: Any) -> Any:
-        """Return a + b."""
-        return _number(_operand(a) + _operand(b))
-
-    @staticmethod
-    def minus(a: Any, b: Any) -> Any:
-        """Return a - b."""
-        return _number(_operand(a) - _operand(b))
-
-    @staticmethod
-    def times(a: Any, b: Any) -> Any:
-        """Return a · b."""
-        return _number(_operand(a) * _operand(b))
-
-    @staticmethod
-    def over(a: Any, b: Any) -> Any:
-        """Return a / b."""
-        return _operand(a) / _operand(b)
-
-    @staticmethod
-    def modulo(a: Any, b: Any) -> Any:
-        """Return the remainder of a / b."""
-        return _operand(a) % _operand(b)
-
-    @staticmethod
-    def pose(*values: float) -> Pose:
-        """Return p[x, y, z, rx, ry, rz]."""
-        if len(values) != 6:
-            raise ScriptError(f"runtime error: a pose has six numbers, not {len(values)}")
-        return Pose(values)
+        if self.current.critical:
+            return False
+        self._holder = None
+        return any(thread.kept_out for thread in self._threads.values())
 
     def _add(self, routine: Routine) -> Thread:
         self._count += 1
@@ -206,26 +225,6 @@ class Program:
         self._threads.pop(thread.number, None)
         if self._holder is thread:
             self._holder = None
-
-
-def _flat(values: list[Any]) -> list[Any]:
-    if any(isinstance(value, list) for value in values):
-        raise ScriptError("runtime error: a list in a list in a list")
-    return values
-
-
-def _operand(value: Any) -> Any:
-    if isinstance(value, (int, float)):
-        return value
-    raise ScriptError(f"runtime error: no arithmetic with {'a list' if isinstance(value, list) else repr(value)[:40]}")
-
-
-def _number(value: Any) -> Any:
-    # Integers have 32 bits; Python's would grow until nothing else runs.
-    return value if isinstance(value, float) or -(2**31) <= value < 2**31 else float(value)
-
-
-_BUILTINS = {"bool": bool, "int": int}
 
 
 def _explained(error: Exception) -> str:

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from hrcneuro.ur10.urscript.expressions import Expressions, Scope
-from hrcneuro.ur10.urscript.lexer import ScriptError
+from hrcneuro.ur10.urscript.expressions import Expressions, Scope, integer, is_whole
+from hrcneuro.ur10.urscript.lexer import wrong
+from hrcneuro.ur10.urscript.signatures import Signatures
 
 _BLOCKS_END = frozenset(("end", "elif", "else"))
 _STRETCH = 100  # statements
@@ -21,14 +22,18 @@ _OLD_OUTPUTS = {"digital_out": "set_digital_out", "analog_out": "set_analog_out"
 class Translator(Expressions):
     """One script; :meth:`source` is the Python text that defines ``program()``, a generator function."""
 
-    def __init__(self, script: str, *, plain: Collection[str], blocking: Collection[str]) -> None:
-        """Take a script, and the names of built-in functions that return at once or take time."""
-        super().__init__(script, plain=plain, blocking=blocking)
-        self._lines: list[str] = []
+    def __init__(
+        self, script: str, *, plain: Collection[str], blocking: Collection[str], signatures: Signatures | None = None
+    ) -> None:
+        """Take a script, the names of built-in functions that return at once or take time, and what they are given."""
+        super().__init__(script, plain=plain, blocking=blocking, signatures=signatures)
+        self._lines: list[tuple[str, int]] = []  # Python's, and the script's line that each comes from
+        self._own = Signatures({})
         self._indent = 1
         self._loops = self._statements = 0
         self.secondary = False
         self.name = ""
+        self.origin: list[int] = []  # after source(): of each line of Python, the script's line; 0 where there is none
 
     def source(self) -> str:
         """Return the Python source.
@@ -49,8 +54,12 @@ class Translator(Expressions):
             self._skip_newlines()
         while self._peek().kind != "eof":
             self._statement()
+        for call in self._calls:
+            self._own.check(call)
         declared = ["    global " + ", ".join(f"g_{n}" for n in sorted(self._globals))] if self._globals else []
-        return "\n".join(["def program():", "    if False: yield", *declared, *self._lines, ""])
+        head = ["def program():", "    if False: yield", *declared]
+        self.origin = [0] * len(head) + [line for _, line in self._lines]
+        return "\n".join([*head, *(text for text, _ in self._lines), ""])
 
     def _block(self) -> None:
         self._skip_newlines()
@@ -58,7 +67,7 @@ class Translator(Expressions):
             self._emit("pass")
         while not (self._peek().kind == "keyword" and self._peek().text in _BLOCKS_END):
             if self._peek().kind == "eof":
-                raise ScriptError(f"line {self._peek().line}: 'end' is missing")
+                raise wrong(self._peek(), "'end' is missing")
             self._statement()
         self._skip_newlines()
 
@@ -67,6 +76,13 @@ class Translator(Expressions):
         # end. When its share of the cycle is used up it waits.
         self._emit(f"rt.budget -= {cost}")
         self._emit("if rt.budget < 0: yield")
+
+    @contextmanager
+    def _counted_anew(self) -> Iterator[None]:
+        # A body whose head takes a turn: what stands before it does not make its statements dear.
+        before, self._statements = self._statements, 0
+        yield
+        self._statements = before
 
     def _statement(self) -> None:
         self._statements += 1
@@ -84,8 +100,22 @@ class Translator(Expressions):
         elif token.kind == "name" and self._assignment():
             self._end_statement()
             return
+        elif token.text == "$" and token.kind == "sign":
+            self._label()
+            return
         self._emit(self._expression())
         self._end_statement()
+
+    def _label(self) -> None:
+        # $ 2 "MoveJ": what PolyScope shows of the program; sometimes with words behind the text.
+        self._next()
+        number, text = self._next(), self._next()
+        if number.kind != "number" or text.kind != "string":
+            raise wrong(number, 'a label is a number and a text: $ 2 "MoveJ"')
+        while self._peek().kind not in ("newline", "eof"):
+            self._next()
+        self._emit(f"b__label({integer(number.text) if is_whole(number.text) else 0}, {text.text[1:-1]!r})")
+        self._skip_newlines()
 
     def _assignment(self) -> bool:
         start = self._at
@@ -101,8 +131,7 @@ class Translator(Expressions):
                     self._emit(f"b_{setter}({indices[0]}, {self._expression()})")
                     return True
                 target = self._read(name, self._tokens[start])
-                place = "".join(f"[int({i})]" for i in indices)
-                self._emit(f"{target}{place} = rt.element({self._expression()})")
+                self._emit(f"rt.put({target}, [{', '.join(indices)}], {self._expression()})")
                 return True
         self._at = start
         return False
@@ -143,11 +172,13 @@ class Translator(Expressions):
         while not self._take(")"):
             parameters.append((self._name(), self._expression() if self._take("=") else ""))
             self._take(",")
+        self._own.define(name, [(p, bool(default)) for p, default in parameters])
         self._expect(":")
         outer, lines, loops = self._scope, self._lines, self._loops
         self._scope, self._lines, self._loops = Scope(outer, [p for p, _ in parameters]), [], 0
         self._indent += 1
-        self._block()
+        with self._counted_anew():
+            self._block()
         self._indent -= 1
         inner, body, self._scope, self._lines, self._loops = self._scope, self._lines, outer, lines, loops
         self._expect("end")
@@ -178,16 +209,16 @@ class Translator(Expressions):
         self._expect("end")
 
     def _branch(self, word: str) -> None:
-        self._emit(f"{word} {self._expression()}:")
+        self._emit(f"{word} rt.condition({self._expression()}):")
         self._expect(":")
         with self._indented():
             self._block()
 
     def _on_while(self) -> None:
-        self._emit(f"while {self._expression()}:")
+        self._emit(f"while rt.condition({self._expression()}):")
         self._expect(":")
         self._loops += 1
-        with self._indented():
+        with self._indented(), self._counted_anew():
             self._take_turn(1)
             self._block()
         self._loops -= 1
@@ -205,7 +236,7 @@ class Translator(Expressions):
 
     def _jump(self, word: str) -> None:
         if not self._loops:
-            raise ScriptError(f"line {self._peek().line}: '{word}' outside of a loop")
+            raise wrong(self._peek(), f"'{word}' outside of a loop")
         self._emit(word)
 
     def _on_pass(self) -> None:
@@ -224,7 +255,7 @@ class Translator(Expressions):
         self._emit("rt.enter_critical()")
 
     def _on_exit_critical(self) -> None:
-        self._emit("rt.exit_critical()")
+        self._emit("if rt.exit_critical(): yield True")
 
     def _end_statement(self) -> None:
         token = self._peek()
@@ -232,10 +263,11 @@ class Translator(Expressions):
             self._skip_newlines()
         elif token.kind not in ("eof", "keyword", "name"):
             # The next statement may begin on the same line, as it does in what ur_rtde uploads.
-            raise ScriptError(f"line {token.line}: unexpected {token.text!r} after the statement")
+            raise wrong(token, f"unexpected {token.text!r} after the statement")
 
     def _emit(self, line: str) -> None:
-        self._lines.append("    " * self._indent + line)
+        # What is emitted belongs to the token before: the newline behind a statement is not read yet.
+        self._lines.append(("    " * self._indent + line, self._tokens[max(0, self._at - 1)].line))
 
     @contextmanager
     def _indented(self) -> Iterator[None]:

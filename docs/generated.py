@@ -1,11 +1,14 @@
-"""Parts of a page that are made from the code when the site is built, so that they cannot fall behind it.
+"""Parts of a page that are made from the code, so that they cannot fall behind it; they read as well without the site.
 
-A fenced block whose language is one of these is replaced:
+    python docs/generated.py           # writes them anew into the pages; make docs begins with it
 
-    {options} preprocess      the stage's options: key, default, range, meaning
-    {artifacts} preprocess    its tables: columns, units, meaning; and its figures
-    {recipes}                 the built-in decoders
-    {help}                    what every command prints on --help
+What stands between these two lines of a page is replaced:
+
+    <!-- made from the code: options preprocess -->     options: key, default, range, meaning
+    <!-- end of what is made -->
+
+Besides ``options STAGE``: ``artifacts STAGE`` (its tables, with columns, units and meaning, and its figures),
+``recipes`` (the built-in decoders) and ``help`` (what every command prints on --help).
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from hrcneuro import drawings, stages
@@ -28,13 +32,18 @@ TABLES = {
     "preprocess": {
         "sNN/quality.parquet": "hrcneuro.tables.quality:quality_table",
         "sNN/timing.parquet": "hrcneuro.tables.quality:TIMING",
+        "sNN/spectrum.parquet": "hrcneuro.tables.quality:SPECTRUM",
     },
-    "epoch": {"sNN/conditions.parquet": "hrcneuro.tables.epoch:CONDITIONS"},
+    "epoch": {
+        "sNN/conditions.parquet": "hrcneuro.tables.epoch:CONDITIONS",
+        "sNN/drop_log.parquet": "hrcneuro.tables.epoch:DROP_LOG",
+    },
     "erp": {
         "sNN/averages.parquet": "hrcneuro.tables.contrasts:AVERAGES",
         "sNN/strata.parquet": "hrcneuro.tables.contrasts:STRATA",
         "sNN/waveforms.parquet": "hrcneuro.tables.contrasts:WAVEFORMS",
         "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "sNN/erp_image.parquet": "hrcneuro.tables.erp_image:ERP_IMAGE",
         "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
         "group/erp.parquet": "hrcneuro.tables.contrasts:ERP",
         "group/erp_stats.parquet": "hrcneuro.tables.contrasts:ERP_STATS",
@@ -53,6 +62,9 @@ TABLES = {
         "sNN/folds.parquet": "hrcneuro.tables.decode:FOLDS",
         "sNN/predictions.parquet": "hrcneuro.tables.decode:PREDICTIONS",
         "sNN/strata.parquet": "hrcneuro.tables.decode:STRATA",
+        "sNN/roc.parquet": "hrcneuro.tables.decode:ROC",
+        "sNN/patterns.parquet": "hrcneuro.tables.decode:PATTERNS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
         "group/table2.parquet": "hrcneuro.tables.decode:TABLE2",
         "group/group_tests.parquet": "hrcneuro.tables.decode:TESTS",
         "group/compared.parquet": "hrcneuro.tables.decode:COMPARED",
@@ -66,7 +78,8 @@ TABLES = {
         "group/learners.parquet": "hrcneuro.tables.simulate:LEARNERS",
         "group/learner_curves.parquet": "hrcneuro.tables.simulate:LEARNER_CURVES",
         "group/confound.parquet": "hrcneuro.tables.simulate:CONFOUND",
-        "group/sweep.parquet": "hrcneuro.tables.simulate:SWEEP",
+        "sweep/sweep.parquet": "hrcneuro.tables.simulate:SWEEP",
+        "sweep/needed.parquet": "hrcneuro.tables.simulate:NEEDED",
     },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
@@ -75,13 +88,22 @@ TABLES = {
         "sNN/reach.parquet": "hrcneuro.tables.robot:REACH",
     },
 }
-_BLOCK = re.compile(r"^```\{(options|artifacts|recipes|help)\} ?(\w*)\n```$", flags=re.M)
+PAGES = Path(__file__).parent
+_BLOCK = re.compile(
+    r"^(<!-- made from the code: (options|artifacts|recipes|help) ?(\w*) -->)$.*?^(<!-- end of what is made -->)$",
+    flags=re.M | re.S,
+)
 
 
-def setup(app: Any) -> dict[str, Any]:
-    """Register with Sphinx."""
-    app.connect("source-read", _expand)
-    return {"parallel_read_safe": True, "env_version": 1}
+def anew(page: str) -> str:
+    """Return a page with all that is made from the code made anew."""
+    makers = {
+        "options": options,
+        "artifacts": artifacts,
+        "recipes": lambda _: recipes(),
+        "help": lambda _: help_texts(),
+    }
+    return _BLOCK.sub(lambda match: f"{match[1]}\n\n{makers[match[2]](match[3]).strip()}\n\n{match[4]}", page)
 
 
 def table_of(place: str) -> Any:
@@ -116,11 +138,13 @@ def artifacts(stage: str) -> str:
 
 
 def _captions(stage: str) -> dict[str, Caption]:
-    """Return file -> caption of the pictures of a stage, the subject's first."""
+    """Return file -> caption of the pictures of a stage, the subject's first, the sweep's last."""
     if stage not in drawings.STAGES:
         return {}
     drawn = drawings.load(stage)
-    return {name: text for one in (drawn.subject, drawn.group) if one for name, text in one.captions.items()}
+    return {
+        name: text for one in (drawn.subject, drawn.group, drawn.sweep) if one for name, text in one.captions.items()
+    }
 
 
 def recipes() -> str:
@@ -181,11 +205,15 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _expand(app: Any, page: str, source: list[str]) -> None:
-    makers = {
-        "options": options,
-        "artifacts": artifacts,
-        "recipes": lambda _: recipes(),
-        "help": lambda _: help_texts(),
-    }
-    source[0] = _BLOCK.sub(lambda match: makers[match[1]](match[2]), source[0])
+def main() -> None:
+    """Write every page anew that has such parts."""
+    for path in sorted(PAGES.rglob("*.md")):
+        page = path.read_text(encoding="utf-8")
+        made = anew(page)
+        if made != page:
+            path.write_text(made, encoding="utf-8")
+            print(f"made anew: {path.relative_to(PAGES)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""What came out of erp and ersp: where, when and how large a difference between two conditions is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hrcneuro.answers.words import ALL, cells, counted, counts, indented, listed, natural, number, p_value
+
+Summary = Mapping[str, Any]
+
+
+def subject(summary: Summary, every: bool) -> list[str]:
+    """Return trials by condition, and where each difference of one subject is largest."""
+    trials, found = summary["trials"], []
+    for scenario in _chosen(trials, every):
+        name = "" if list(trials) == [ALL] else f", {scenario}"
+        found.append(f"trials by condition{name}: {counts(trials[scenario])}")
+    rows = [(scenario, name, _peak(one["peak"])) for scenario, name, one in _contrasts(summary, every)]
+    return [*found, *(["largest difference, of one subject, so not tested:", *indented(rows)] if rows else [])]
+
+
+def group(summary: Summary, every: bool) -> list[str]:
+    """Return where each difference over subjects is largest, how sure it is, and which are significant anywhere."""
+    contrasts = cells(summary["contrasts"])
+    rows = [(scenario, name, _tested(one)) for scenario, name, one in _contrasts(summary, every)]
+    sure = [f"{scenario} {name}" for scenario, name, one in contrasts if one["significant"]]
+    tested = sum(one["p_min"] is not None for _, _, one in contrasts)
+    return [
+        f"{counted(len(summary['subjects']), 'subject')}; largest difference, p corrected over the whole map:",
+        *indented(rows),
+        f"significant at {summary['alpha']:g} somewhere on the map: {len(sure)} of {tested} contrasts"
+        + (f" ({listed(sure)})" if sure else ""),
+    ]
+
+
+def _chosen(scenarios: Summary, every: bool) -> list[str]:
+    """Return the scenarios that are told: all of them together, where there is such a thing, or every one."""
+    return [ALL] if ALL in scenarios and not every else sorted(scenarios, key=natural)
+
+
+def _contrasts(summary: Summary, every: bool) -> list[tuple[str, str, Summary]]:
+    of = summary["contrasts"]
+    return cells({scenario: of[scenario] for scenario in _chosen(of, every)})
+
+
+def _tested(one: Summary) -> str:
+    peak, text = one["peak"], _peak(one["peak"])
+    if one["p_min"] is None:
+        return f"{text}; not tested, n = {one['n']}"
+    text += f"; t = {number(peak['t'], 2)}, {p_value(peak['p'])}, n = {one['n']}"
+    # The effect sizes of a group of two are often beyond all bounds.
+    if peak["dz"] is not None and peak["dz_low"] is not None and peak["dz_high"] is not None:
+        text += f"; dz = {number(peak['dz'], 2)} [{number(peak['dz_low'], 2)}, {number(peak['dz_high'], 2)}]"
+    return text
+
+
+def _peak(peak: Summary) -> str:
+    sign = "+" if peak["difference_uv"] >= 0 else ""
+    hertz = f", {peak['frequency_hz']:g} Hz" if "frequency_hz" in peak else ""
+    time = f"{number(1000 * peak['time_s'], 0)} ms"
+    return f"{sign}{number(peak['difference_uv'], 2)} µV at {peak['channel']}{hertz}, {time}"

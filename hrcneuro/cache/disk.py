@@ -1,0 +1,130 @@
+"""What a file system refuses, in words that a person can act on; folders that those share who share the cache."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import grp
+import os
+import pwd
+import shutil
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from hrcneuro.errors import REFUSED, ConfigError, StageError, odd_part
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+# No fault of the disk: somebody must give another place, or rights to this one.
+_REFUSED = REFUSED | {errno.EINVAL, errno.ENOTEMPTY, errno.ENODEV}
+_ELSEWHERE = "choose another place: --workdir DIR or HRCNEURO_CACHE"
+
+
+@contextlib.contextmanager
+def guarded(place: Path) -> Iterator[None]:
+    """Turn what the file system refuses under ``place`` into an error with a cure."""
+    try:
+        yield
+    except OSError as error:
+        raise explain_os_error(error, place) from error
+
+
+def explain_os_error(error: OSError, place: Path) -> ConfigError | StageError:
+    """Return the error that a person can act on; it names the path that failed where the system tells it."""
+    if error.errno in _FULL:
+        return StageError(
+            f"the disk of {place} is full",
+            cure="free space ('hrcneuro cache gc' drops unused entries) or choose another place: --workdir DIR",
+        )
+    if error.errno == errno.EFBIG:
+        return StageError(
+            f"a file under {place} has become larger than is allowed here",
+            cure="raise the limit of a file's size (ulimit -f), or choose another place: --workdir DIR",
+        )
+    path = Path(os.fsdecode(error.filename)) if isinstance(error.filename, str | bytes) else place
+    if error.errno not in _REFUSED:
+        problem = f"the disk of {place} failed: {error}"
+        return StageError(problem, cure="check the disk, then run the same command again")
+    if odd := odd_part(path, folder=error.errno in (errno.EEXIST, errno.ENOTDIR)):
+        cure = f"mend or remove that link or file, or {_ELSEWHERE}"
+        return ConfigError(f"{path} cannot be written: {odd}", cure=cure)
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return ConfigError(
+            f"{path} cannot be written: {error.strerror}{_whose(path)}",
+            cure="give yourself the right to write there; who share a cache share a group: 'chgrp -R GROUP "
+            f"{place}' and 'chmod -R g+rwXs {place}' by the owner, umask 002 for all; or {_ELSEWHERE}",
+        )
+    return ConfigError(
+        f"{path} cannot be written: {error.strerror}", cure=f"give yourself the right to write there, or {_ELSEWHERE}"
+    )
+
+
+def make_folder(folder: Path, root: Path) -> None:
+    """Make a folder of the cache at ``root``, and those above it, for all who may write ``root``."""
+    if folder.is_dir():
+        return
+    if folder != root:
+        make_folder(folder.parent, root)
+        folder.mkdir(exist_ok=True)
+        share(folder, root)
+    else:
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def share(path: Path, root: Path) -> None:
+    """Let those read and replace a folder or file of the cache who may write ``root``, whatever our umask."""
+    with contextlib.suppress(OSError):
+        given, mode = root.stat().st_mode, path.lstat().st_mode
+        # In a folder with the sticky bit everybody keeps to what is theirs.
+        others = stat.S_IWOTH if given & stat.S_IWOTH and not given & stat.S_ISVTX else 0
+        wanted = 0
+        for write, read, execute in ((stat.S_IWGRP, stat.S_IRGRP, stat.S_IXGRP), (others, stat.S_IROTH, stat.S_IXOTH)):
+            if given & write:
+                wanted |= read | (write | execute if stat.S_ISDIR(mode) else 0)
+        wanted |= given & stat.S_ISGID if stat.S_ISDIR(mode) else 0
+        if not stat.S_ISLNK(mode) and mode | wanted != mode:
+            path.chmod(stat.S_IMODE(mode | wanted))
+
+
+def remove(path: Path) -> None:
+    """Remove a folder with all that is in it, a file or a link; what is gone already is no error."""
+    while path.is_dir() and not path.is_symlink():
+        # Another process may remove the same.
+        with contextlib.suppress(FileNotFoundError):
+            shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+
+
+def size(path: Path) -> int:
+    """Return the bytes of all files in a folder; what cannot be looked at counts nothing."""
+    total = 0
+    for folder, _, names in os.walk(path):
+        for name in names:
+            with contextlib.suppress(OSError):
+                total += os.lstat(os.path.join(folder, name)).st_size
+    return total
+
+
+def flush(path: Path) -> None:
+    """Wait until a file or folder is on the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _whose(path: Path) -> str:
+    """Return who owns the nearest part of a path that is there, and its rights."""
+    for part in (path, *path.parents):
+        try:
+            about = part.stat()
+        except OSError:
+            continue
+        owner, group = str(about.st_uid), str(about.st_gid)
+        with contextlib.suppress(KeyError):
+            owner = pwd.getpwuid(about.st_uid).pw_name
+        with contextlib.suppress(KeyError):
+            group = grp.getgrgid(about.st_gid).gr_name
+        return f" ({part} is {stat.filemode(about.st_mode)}, of {owner}, group {group})"
+    return ""

@@ -1,0 +1,76 @@
+"""How long a run will still take, by what earlier runs have recorded of each task and what this one has seen so far."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from hrcneuro.contract import GROUP
+from hrcneuro.errors import DataError
+from hrcneuro.pipeline.workdir import Workdir
+
+Place = tuple[str, str]
+"""A task's name and unit."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of a run.
+
+    Attributes:
+        seconds: So long the tasks take of which a duration is known.
+        whole: Whether that is all of them; else it takes longer.
+    """
+
+    seconds: float
+    whole: bool
+
+
+def recorded(workdir: Workdir, places: Iterable[Place]) -> dict[Place, float]:
+    """Return how many seconds each task took when it last ran, of those that have."""
+    seconds = {}
+    for name, unit in places:
+        try:
+            took = workdir.record(name, unit).provenance.get("seconds")
+        except DataError:
+            continue
+        if isinstance(took, int | float):
+            seconds[name, unit] = float(took)
+    return seconds
+
+
+class Forecast:
+    """Foresees the end of a run; who runs it says what has settled."""
+
+    def __init__(self, places: Iterable[Place], known: Mapping[Place, float], *, workers: int) -> None:
+        self._open = set(places)
+        self._known = dict(known)
+        self._workers = workers
+
+    def settle(self, place: Place, seconds: float | None = None) -> None:
+        """Take in that a task has settled; ``seconds`` where it ran now."""
+        self._open.discard(place)
+        if seconds is not None:
+            self._known[place] = seconds
+
+    def left(self, running: Mapping[Place, float]) -> Left | None:
+        """Return what is left; None where nothing can be said.
+
+        Args:
+            running: Task -> for how many seconds it has been running.
+        """
+        expected = {place: self._expected(place) for place in self._open}
+        rest = [max(0.0, s - running.get(place, 0.0)) for place, s in expected.items() if s is not None]
+        if not rest:
+            return None
+        # No run ends before its longest task does, however many workers there are.
+        return Left(max(sum(rest) / self._workers, max(rest)), len(rest) == len(expected))
+
+    def _expected(self, place: Place) -> float | None:
+        """Return how long a task will take: as last time, or as others of its kind did."""
+        if place in self._known:
+            return self._known[place]
+        name, unit = place
+        alike = [s for (other, one), s in self._known.items() if other == name and (one == GROUP) == (unit == GROUP)]
+        return statistics.median(alike) if alike else None

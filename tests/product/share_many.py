@@ -1,0 +1,15 @@
+"""Let studies share a cache in many random ways: ``python tests/product/share_many.py [SCHEDULES] [SEED] [STEPS]``.
+
+Runs, forced runs and gc, alone and at once, kill -9 of any of them, copies and moves of studies. After each step every
+entry that a study's results point at must be there and verify.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+from shared_cache import main
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
