@@ -324,7 +324,7 @@ def test_a_steadily_noisy_channel_is_replaced_where_that_is_asked_for(one_noisy)
 
 
 def test_where_all_channels_are_noisy_none_is_left_to_clean(one_noisy):
-    params = dataclasses.replace(PARAMS, noisy="replace", noisy_correlation=1.0)
+    params = dataclasses.replace(PARAMS, noisy="replace", noisy_deviation=0.1)
     with pytest.raises(refusals.AllRejectedError, match=r"all 8 EEG channels are bad: .*c7 \(noisy\)"):
         run(one_noisy, params)
 
