@@ -3,109 +3,31 @@
 A run writes a file of its own: a line that says which study it is and where, then a line for each entry, written before
 the entry is looked for. When the run ends, one file with what the study's results point at takes the place of the
 files of its runs that have ended. So what a study points at is always in some file, whatever is killed when.
+What it points at no more stays in that file for a day, with the time when it was left: a copy of the study that has
+not run yet is in no list, and may point at it.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import secrets
-import socket
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from hrcneuro.cache.disk import flush, guarded, make_folder, share
 from hrcneuro.cache.holder import Holder
+from hrcneuro.cache.listing import Listing, entry_in, read_listing
+from hrcneuro.cache.placed import PlacedStudy
 from hrcneuro.cache.record import Entry, entry_of
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import DataError
 
-ID = ".study"
-"""The file in a study's results that holds its id, a random word."""
-_OTHER_MACHINE_S = 7 * 86400.0
-
-
-@dataclass(frozen=True)
-class PlacedStudy:
-    """A study in its place.
-
-    Attributes:
-        id: A random word that a copy shares.
-        folder: Its working folder.
-        inode: Of that folder.
-        host: The machine that it was seen from.
-        former: Ids that it had before its results were deleted.
-    """
-
-    id: str
-    folder: str
-    inode: int
-    host: str
-    former: tuple[str, ...] = ()
-
-    @classmethod
-    def at(cls, folder: Path, results: Path) -> PlacedStudy:
-        """Return the study of a working folder; it is given an id where it has none.
-
-        Raises:
-            OSError: The folder cannot be read.
-        """
-        return cls(_identity(results), str(folder), folder.stat().st_ino, socket.gethostname())
-
-    @property
-    def ids(self) -> set[str]:
-        """All ids under which it wrote entries."""
-        return {self.id, *self.former}
-
-    def same(self, other: PlacedStudy) -> bool:
-        """Return whether the other is this study: of the same path, and alike in two of id, inode and machine.
-
-        A copy elsewhere, also one that lies at the same path of another machine, is another study. A study whose
-        results were deleted, that came back from a backup, or whose machine is named anew, is the same.
-        """
-        alike = (bool(self.ids & other.ids), self.inode == other.inode, self.host == other.host)
-        return self.folder == other.folder and sum(alike) >= 2
-
-    def there(self) -> bool:
-        """Return whether it is in its place, as far as this machine and account can see."""
-        results = Path(self.folder) / "results"
-        try:
-            (results / ID).open("rb").close()
-        except PermissionError:
-            return True  # another account's: what may not be seen may not pass for gone
-        except OSError:
-            return False
-        return read_id(results) in self.ids
-
-    def __str__(self) -> str:
-        return self.folder if self.host == socket.gethostname() else f"{self.host}:{self.folder}"
-
-
-@dataclass(frozen=True)
-class Listing:
-    """A file of the list.
-
-    Attributes:
-        path: The file.
-        study: Whose it is.
-        entries: What it says that the study points at.
-        over: Whether the run that wrote it has ended.
-        forgotten: Whether its study was declared to be gone.
-        seen: When it was written last, seconds since 1970.
-        cache: The folder of the cache for which it was written: a cache may be copied with its list.
-    """
-
-    path: Path
-    study: PlacedStudy
-    entries: frozenset[Entry]
-    over: bool
-    forgotten: bool
-    seen: float
-    cache: str
+KEPT_S = 86400.0
+"""So long what a study points at no more is remembered, in seconds."""
 
 
 class Studies:
@@ -124,7 +46,7 @@ class Studies:
             DataError: That is noted and cannot be understood.
         """
         try:
-            return {_entry(json.loads(line)) for line in self._before.read_text(encoding="utf-8").splitlines()}
+            return {entry_in(json.loads(line)) for line in self._before.read_text(encoding="utf-8").splitlines()}
         except FileNotFoundError:
             return set()
         except (OSError, ValueError, TypeError) as error:
@@ -150,7 +72,7 @@ class Studies:
         with guarded(self.folder):
             while True:
                 try:
-                    return [_read(path) for path in sorted(self.folder.glob("*.jsonl"))]
+                    return [read_listing(path) for path in sorted(self.folder.glob("*.jsonl"))]
                 except FileNotFoundError:
                     continue  # replaced meanwhile by one that may have come after we looked for files
 
@@ -188,7 +110,9 @@ class Studies:
         """
         ended = [one for one in self.read() if one.study.same(study) and (one.over or one.path == run)]
         former = {name for one in ended for name in one.study.ids} - {study.id}
-        self._write(replace(study, former=tuple(sorted(former))), pointers(), over=True)
+        pointed = set(pointers())
+        left = {entry: at for entry, at in _left(ended, time.time()).items() if entry not in pointed}
+        self._write(replace(study, former=tuple(sorted(former))), pointed, over=True, left=left)
         for one in ended:
             one.path.unlink(missing_ok=True)
 
@@ -204,7 +128,15 @@ class Studies:
         for one in known:
             one.path.unlink(missing_ok=True)
 
-    def _write(self, study: PlacedStudy, entries: Iterable[Entry], *, over: bool, forgotten: bool = False) -> Path:
+    def _write(
+        self,
+        study: PlacedStudy,
+        entries: Iterable[Entry],
+        *,
+        over: bool,
+        forgotten: bool = False,
+        left: Mapping[Entry, float] | None = None,
+    ) -> Path:
         self._begin()
         me = Holder.me()
         head = {
@@ -219,7 +151,8 @@ class Studies:
             "cache": str(self.root),
         }
         path = self.folder / f"{study.id}-{secrets.token_hex(6)}.jsonl"
-        self._put(path, [head, *map(list, sorted(entries))])
+        rows = [[*entry, at] for entry, at in sorted((left or {}).items())]
+        self._put(path, [head, *map(list, sorted(entries)), *rows])
         return path
 
     def _put(self, path: Path, lines: Iterable[Any]) -> None:
@@ -239,67 +172,11 @@ class Studies:
         make_folder(self.folder, self.root)
 
 
-def read_id(results: Path) -> str:
-    """Return the id of the study with these results; empty where there is none or it cannot be read."""
-    try:
-        text = (results / ID).read_text(encoding="ascii").strip()
-    except (OSError, ValueError):
-        return ""
-    return text if text.isalnum() else ""
-
-
-def _identity(results: Path) -> str:
-    known = read_id(results)
-    if known:
-        return known
-    part = results / f"{ID}.{secrets.token_hex(4)}"
-    new = secrets.token_hex(8)
-    with contextlib.suppress(OSError):
-        results.mkdir(parents=True, exist_ok=True)
-        part.write_text(f"{new}\n", encoding="ascii")
-        try:
-            # Of two that begin at once, one gives the id: a link does not replace.
-            os.link(part, results / ID)
-        except FileExistsError:
-            if not read_id(results):
-                part.replace(results / ID)
-        except OSError:
-            part.replace(results / ID)
-    with contextlib.suppress(OSError):
-        part.unlink()
-    # Where it cannot be kept, it holds for this run: the list has it.
-    return read_id(results) or new
-
-
-def _read(path: Path) -> Listing:
-    try:
-        if not path.is_file() and os.path.lexists(path):
-            raise ValueError("it is no file, or a link that leads nowhere")
-        text = path.read_text(encoding="utf-8")
-        # A last line without an end was being written when its run was killed: it looked for nothing yet.
-        head, *rows = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        study = PlacedStudy(head["id"], head["folder"], head["inode"], head["host"], tuple(head["former"]))
-        pid, start = head["process"]
-        process = Holder(pid, study.host, start)
-        seen = path.stat().st_mtime
-        return Listing(
-            path=path,
-            study=study,
-            entries=frozenset(_entry(row) for row in rows),
-            over=head["over"] or process.dead or (not process.here and time.time() - seen > _OTHER_MACHINE_S),
-            forgotten=head["forgotten"],
-            seen=seen,
-            cache=head["cache"],
-        )
-    except (ValueError, TypeError, KeyError) as error:
-        raise DataError(
-            f"{path}, which says what a study points at in this cache, cannot be understood ({error})",
-            cure="remove that file, then run a command of each study that uses this cache, such as 'hrcneuro run'",
-        ) from error
-
-
-def _entry(row: Any) -> Entry:
-    stage, unit, key = row
-    if not all(isinstance(part, str) for part in row):
-        raise ValueError(f"no entry: {row}")
-    return stage, unit, key
+def _left(ended: Iterable[Listing], now: float) -> dict[Entry, float]:
+    """Return what runs that have ended pointed at within the last day, and until when: those until now."""
+    left: dict[Entry, float] = {}
+    for one in ended:
+        for entry, at in [*one.left.items(), *((entry, now) for entry in one.entries)]:
+            if now - at < KEPT_S:
+                left[entry] = max(at, left.get(entry, at))
+    return left

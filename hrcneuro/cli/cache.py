@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import json
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hrcneuro.cli.declare import command, group
 from hrcneuro.cli.options import Options
+
+if TYPE_CHECKING:
+    from hrcneuro.pipeline.cleaning import Survey
 
 _cache = group("cache", "Look into the cache, check it, clean it.")
 
@@ -78,6 +82,9 @@ def gc(
     unlisted: Annotated[
         bool, typer.Option("--unlisted", help="Also drop what no study in the cache's list has written.")
     ] = False,
+    now: Annotated[
+        bool, typer.Option("--now", help="Also drop what was in use within the last day, in a shared cache.")
+    ] = False,
     forget: Annotated[
         list[str] | None,
         typer.Option(metavar="FOLDER", help="Keep nothing more for a study that was there and is gone; repeatable."),
@@ -97,21 +104,43 @@ def gc(
     found = cleaning.survey(workdir)
     if not unlisted:
         cleaning.refuse_unlisted(workdir, found.unlisted)
+    if now:
+        found.doomed, found.recent = [*found.doomed, *found.recent], []
     doomed = [*found.doomed, *found.unlisted]
-    sizes = {folder: size(folder) for folder in doomed}
+    sizes = {folder: size(folder) for folder in (*doomed, *found.recent)}
     if not options.dry_run:
         doomed = cleaning.drop(workdir, doomed)
-    freed = sum(sizes[folder] for folder in doomed)
-    if options.json:
-        kept = [{"study": str(k.study), "entries": len(k.entries), "away": k.away} for k in found.kept]
-        names = ["/".join(p.parts[-3:]) for p in doomed]
-        print(json.dumps({"command": "cache gc", "ok": True, "dropped": names, "bytes": freed, "kept": kept}, indent=1))
-    else:
-        print(f"{'would drop' if options.dry_run else 'dropped'} {len(doomed)} entries, {freed / 1e9:.2f} GB")
-        for one in found.kept:
-            if not one.away:
-                print(f"kept for the study in {one.study}: {len(one.entries)} entries")
+    (_print_json if options.json else _print_text)(found, doomed, sizes, dry_run=options.dry_run)
     for one in found.kept:
         if one.away:
             bring.console(options).say(f"note: {cleaning.away_in_words(one)}", style="yellow")
     return 0
+
+
+def _print_json(found: Survey, dropped: list[Path], sizes: dict[Path, int], *, dry_run: bool) -> None:
+    answer = {
+        "command": "cache gc",
+        "ok": True,
+        "dropped": _names(dropped),
+        "bytes": sum(sizes[folder] for folder in dropped),
+        "kept": [{"study": str(k.study), "entries": len(k.entries), "away": k.away} for k in found.kept],
+        "recent": _names(found.recent),
+    }
+    print(json.dumps(answer, indent=1))
+
+
+def _names(folders: list[Path]) -> list[str]:
+    return ["/".join(folder.parts[-3:]) for folder in folders]
+
+
+def _print_text(found: Survey, dropped: list[Path], sizes: dict[Path, int], *, dry_run: bool) -> None:
+    gone, recent = (sum(sizes[folder] for folder in folders) / 1e9 for folders in (dropped, found.recent))
+    print(f"{'would drop' if dry_run else 'dropped'} {len(dropped)} entries, {gone:.2f} GB")
+    for one in found.kept:
+        if not one.away:
+            print(f"kept for the study in {one.study}: {len(one.entries)} entries")
+    if found.recent:
+        print(
+            f"kept for a day: {len(found.recent)} entries, {recent:.2f} GB; a copy of a study that has not run yet may "
+            "point at them. Drop them too: hrcneuro cache gc --now"
+        )

@@ -6,8 +6,8 @@ import contextlib
 from pathlib import Path
 
 from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry
-from hrcneuro.cache.studies import PlacedStudy, read_id
 from hrcneuro.errors import HrcError
 from hrcneuro.pipeline.workdir import Workdir
 

@@ -11,9 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hrcneuro.cache.disk import guarded, remove, size
+from hrcneuro.cache.listing import Listing
 from hrcneuro.cache.locks import ago
+from hrcneuro.cache.placed import PlacedStudy
 from hrcneuro.cache.record import Entry, entry_of, read_record
-from hrcneuro.cache.studies import Listing, PlacedStudy
+from hrcneuro.cache.studies import KEPT_S
 from hrcneuro.errors import ConfigError, DataError, HrcError
 from hrcneuro.pipeline.claims import claimed
 from hrcneuro.pipeline.workdir import Workdir
@@ -43,11 +45,14 @@ class Survey:
     Attributes:
         doomed: Folders of entries that no study points at, and quarantined ones.
         unlisted: Folders of entries that no study in the list points at or has written since there is a list.
+        recent: Folders of entries that a study pointed at within the last day: a copy of it that has not run yet may do
+            so still. None where nobody shares the cache.
         kept: What is kept for other studies.
     """
 
     doomed: list[Path] = field(default_factory=list)
     unlisted: list[Path] = field(default_factory=list)
+    recent: list[Path] = field(default_factory=list)
     kept: list[Kept] = field(default_factory=list)
 
 
@@ -72,7 +77,7 @@ def survey(workdir: Workdir) -> Survey:
     if workdir.is_study:
         writers |= workdir.study().ids
     # A copy of a study has its id: of an entry that is older than the list, its writer may be one that is not in it.
-    before = workdir.studies.before()
+    before, recent = workdir.studies.before(), _recent(workdir, listings)
     visible = {entry_of(folder): folder for folder in workdir.cache.entries()}
     for entry, folder in visible.items():
         if entry in used:
@@ -80,10 +85,23 @@ def survey(workdir: Workdir) -> Survey:
         record = read_record(folder)
         # What cannot be read is no entry to anybody.
         known = record is None or (record.provenance.get("study") in writers and entry not in before)
-        (found.doomed if known else found.unlisted).append(folder)
+        where = found.unlisted if not known else found.recent if entry in recent else found.doomed
+        where.append(folder)
     found.doomed += workdir.cache.quarantined()
     found.kept = _kept(workdir, listings, set(visible) - workdir.keys())
     return found
+
+
+def _recent(workdir: Workdir, listings: Iterable[Listing]) -> set[Entry]:
+    """Return what studies of a shared cache pointed at within the last day."""
+    folder, cache = map(os.path.realpath, (workdir.folder, workdir.cache.root))
+    mine = workdir.study() if workdir.is_study else None
+    listed = [one for one in listings if not one.forgotten]
+    alone = all(mine is not None and one.study.same(mine) for one in listed)
+    if alone and os.path.commonpath([folder, cache]) == folder:
+        return set()  # a copy of the working folder has a cache of its own
+    now = time.time()
+    return {entry for one in listed for entry, at in one.left.items() if now - at < KEPT_S}
 
 
 def _refuse_unclear(workdir: Workdir) -> None:

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro.cache.disk import guarded
+from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry, Record, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
-from hrcneuro.cache.studies import PlacedStudy, Studies, read_id
+from hrcneuro.cache.studies import Studies
 from hrcneuro.contract import GROUP, SWEEP
 from hrcneuro.errors import ConfigError, DataError
 

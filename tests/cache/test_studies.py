@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import pytest
 
-from hrcneuro.cache.studies import ID, PlacedStudy, Studies, read_id
+from hrcneuro.cache.placed import ID, PlacedStudy, read_id
+from hrcneuro.cache.studies import Studies
 from hrcneuro.errors import DataError
 
 A, B, C = (("erp", "s01", letter * 16) for letter in "abc")

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from hrcneuro.pipeline import cleaning
+from hrcneuro.pipeline.claims import claimed
 from hrcneuro.pipeline.workdir import Workdir
 
 COMMAND = [sys.executable, "-m", "hrcneuro"]
@@ -76,8 +76,6 @@ class Sharers:
                 old.rename(new)
                 self.folders[self.folders.index(old)] = new
             self.log.append(f"{kind} {old.name} {new.name}")
-            # A study counts from its first run in a place on.
-            begun.append(self.start(simulate(self.draw.choice(SEEDS), new)))
         elif not begun:
             begun.append(self.start(self.words(self.draw.choice(("run", "gc", "force")) if kind == "kill" else kind)))
         if "kill" in kind:
@@ -95,7 +93,8 @@ class Sharers:
             workdir.cache = type(workdir.cache)(self.cache)
             workdir.studies = type(workdir.studies)(self.cache)
             workdir.cache.sweep()
-            cleaning.enter(workdir)
+            # Not entered in the list by us: a copy may lie there and never have run.
+            workdir.cache.settle(lambda workdir=workdir: claimed(workdir))
             pointed = workdir.keys()
             lost += [(folder.name, *e) for e in pointed if workdir.cache.lookup(*e, verify=True) is None]
         return lost

@@ -1,6 +1,7 @@
 """One cache for several studies: nobody loses what they point at; file systems without locks; odd places."""
 
 import errno
+import json
 import os
 import random
 import shutil
@@ -43,7 +44,7 @@ def test_gc_keeps_what_another_study_points_at_and_says_so(shared, tmp_path):
     shared("one", 1)
     shared("two", 2)
     shared("one", 3)
-    done = shared("one", "cache", "gc")
+    done = shared("one", "cache", "gc", "--now")
     assert "dropped 1 entries" in done.out
     assert f"kept for the study in {tmp_path / 'two'}: 1 entries" in done.out
     assert sorted(keys(shared, "one").values()) == sorted(keys(shared, "two").values()) == [False, True]
@@ -98,6 +99,30 @@ def test_a_copy_keeps_what_it_points_at_when_the_original_moves_on(shared, tmp_p
     assert len(keys(shared, "copy")) == 2
 
 
+def test_a_copy_that_has_not_run_yet_has_a_day(shared, tmp_path):
+    shared("one", 1)
+    shutil.copytree(tmp_path / "one", tmp_path / "copy", symlinks=True)
+    shared("one", 2)
+    done = shared("one", "cache", "gc")
+    assert "dropped 0 entries" in done.out
+    assert "kept for a day: 1 entries" in done.out
+    shared("copy", "path", "simulate", "group")
+    recent = shared("one", "cache", "gc", "--json").json["recent"]
+    (listing,) = (tmp_path / "cache" / ".studies").glob("*.jsonl")
+    head, pointed, left = (json.loads(line) for line in listing.read_text().splitlines())
+    assert ["/".join(left[:3])] == recent
+    # A day later.
+    listing.write_text("".join(json.dumps(row) + "\n" for row in (head, pointed, [*left[:3], left[3] - 86401])))
+    assert shared("one", "cache", "gc", "--json").json["dropped"] == recent
+
+
+def test_a_cache_that_a_study_has_for_itself_is_cleaned_at_once(hrcneuro, tmp_path):
+    for seed in (1, 2):
+        assert hrcneuro(*simulate(seed, tmp_path)).code == 0
+    done = hrcneuro("cache", "gc", "--json", "--workdir", tmp_path).json
+    assert (len(done["dropped"]), done["recent"]) == (1, [])
+
+
 @pytest.mark.parametrize("lost", ["removed", "nowhere", "loop", "file"])
 def test_gc_drops_nothing_of_a_copy_where_the_list_was_lost(shared, tmp_path, lost):
     """A copy has its original's id: who wrote an entry does not tell who points at it."""
@@ -138,7 +163,7 @@ def test_a_study_is_the_same_by_whichever_link_it_is_reached(shared, tmp_path):
     (tmp_path / "link").symlink_to("one")
     shared("link", 2)
     shared("one", 3)
-    done = shared("one", "cache", "gc", "--json").json
+    done = shared("one", "cache", "gc", "--now", "--json").json
     assert (len(done["dropped"]), done["kept"]) == (2, [])
 
 
