@@ -79,6 +79,11 @@ def check(config: Config) -> list[str]:
             f"patient = true with backend = {config.backend!r}: a real arm is never driven on old packets; allowed "
             "with ursim, whose controller is the session's own"
         )
+    if config.lead_s is not None and config.lead_s > config.max_lead_s:
+        mistakes.append(
+            f"lead_s = {config.lead_s:g} is above max_lead_s = {config.max_lead_s:g}: an arm that takes so long is not "
+            "driven, and with such a lead another one leaves its path; allowed: less, or none (it is then measured)"
+        )
     if not config.named_soundly:
         mistakes.append(f"host = {config.host!r} is no address; allowed: a number such as 192.168.0.10, or a name")
     if not config.rescue_folder:
