@@ -20,7 +20,7 @@ def test_scripts_are_read_and_all_else_is_known_by_its_reason(tmp_path):
     (tmp_path / "gone.script").symlink_to("nowhere")
     (tmp_path / "huge.script").write_bytes(b"#" * 1_000_001)
     os.mkfifo(tmp_path / "pipe.script")
-    found = read_programs(tmp_path)
+    found = read_programs(str(tmp_path))
     assert found.scripts == {
         "plain.script": "textmsg(1)\n", "windows.script": "textmsg(1)\r\n", "old.script": "textmsg('Größe')\n",
         "empty.script": "",
@@ -39,9 +39,9 @@ def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("pathlib.Path.read_bytes", refuse)
-    assert read_programs(tmp_path).refused == {"secret.script": "it cannot be read: Permission denied"}
+    assert read_programs(str(tmp_path)).refused == {"secret.script": "it cannot be read: Permission denied"}
 
 
 def test_a_missing_folder_is_an_error(tmp_path):
     with pytest.raises(ConfigError, match="No such file"):
-        read_programs(tmp_path / "none")
+        read_programs(str(tmp_path / "none"))
