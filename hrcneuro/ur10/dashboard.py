@@ -16,7 +16,7 @@ _LONGEST = 8192
 _SERIAL = "20183000000"
 _ALWAYS = (3, 0)
 _INSTALLATION = "default.installation"  # every robot has it
-_FOLDERS = (".", "/programs")  # the folder of programs, from where a robot looks for them
+_FOLDERS = (".", "/programs", "/ursim/programs")  # names of the folder of programs, on a robot and in UR's simulator
 _ROBOT_MODES = {POWER_OFF: "POWER_OFF", POWER_ON: "POWER_ON", IDLE: "IDLE", RUNNING: "RUNNING"}
 _SAFETY_MODES = {
     NORMAL: "NORMAL", PROTECTIVE: "PROTECTIVE_STOP", SAFEGUARD: "SAFEGUARD_STOP", EMERGENCY: "ROBOT_EMERGENCY_STOP"

@@ -36,8 +36,9 @@ _MOTION: dict[str, dict[str, Kind]] = {
     "movec": {
         "pose_via": _SIX, "pose_to": _SIX, "a": _POSITIVE, "v": _POSITIVE, "r": _NOT_NEGATIVE, "mode": OneOf((0, 1))
     },
-    "speedj": {"qd": _SIX, "a": _POSITIVE, "t": _NOT_NEGATIVE, "t_min": _NOT_NEGATIVE},
-    "speedl": {"xd": _SIX, "a": _POSITIVE, "t": _NOT_NEGATIVE, "aRot": _POSITIVE, "t_min": _NOT_NEGATIVE},
+    # UR's client library sends an acceleration of 0 where a spline keeps its velocity.
+    "speedj": {"qd": _SIX, "a": _NOT_NEGATIVE, "t": _NOT_NEGATIVE, "t_min": _NOT_NEGATIVE},
+    "speedl": {"xd": _SIX, "a": _NOT_NEGATIVE, "t": _NOT_NEGATIVE, "aRot": _NOT_NEGATIVE, "t_min": _NOT_NEGATIVE},
     "servoj": {
         "q": _SIX, "a": _ANY, "v": _ANY, "t": _NOT_NEGATIVE, "lookahead_time": Number(0.03, 0.2),
         "gain": Number(100.0, 2000.0)
