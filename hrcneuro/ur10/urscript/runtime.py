@@ -227,10 +227,19 @@ class Program(Values):
             self._holder = None
 
 
+_PLAINLY: dict[type[Exception], str] = {
+    NameError: "a variable is used before it has a value",
+    ZeroDivisionError: "division by zero",
+    RecursionError: "too many calls within calls",
+    OverflowError: "a number is too large",
+}
+
+
 def _explained(error: Exception) -> str:
-    if isinstance(error, (NameError, UnboundLocalError)):
-        return "a variable is used before it has a value"
+    for kind, plainly in _PLAINLY.items():
+        if isinstance(error, kind):
+            return plainly
     text = str(error)
     for prefix in ("b_", "v_", "g_", "f_"):
         text = text.replace(prefix, "")
-    return f"{type(error).__name__}: {text}"[:200]
+    return f"{'type error' if isinstance(error, TypeError) else type(error).__name__}: {text}"[:200]
