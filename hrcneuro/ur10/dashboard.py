@@ -201,7 +201,7 @@ class DashboardSession:
         if name != _INSTALLATION and name not in self._refused and name not in self._programs:
             return f"File not found: {argument}"
         # What an installation says is not looked at: here all robots are installed alike.
-        return f"{'Loading' if name.endswith('.installation') else 'Failed to load'} installation: {argument}"
+        return f"{'Loading' if name.lower().endswith('.installation') else 'Failed to load'} installation: {argument}"
 
     # Longest names first where one is the beginning of another; with the first software that has the command. Of
     # safetystatus UR's list does not say: it is taken to have come with the status itself. Model and serial number,

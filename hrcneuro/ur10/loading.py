@@ -7,7 +7,6 @@ import errno
 import stat
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.ur10.urscript.lexer import Splitter
@@ -16,6 +15,7 @@ _GZIP = b"\x1f\x8b"
 _TEXT = frozenset(b"\t\n\r\f") | frozenset(range(32, 256))
 
 
+_CURE = "give a folder of URScript files; . is the one you are in"
 _OTHERS = {
     ".installation": "it is an installation; 'load installation' loads it",
     ".variables": "it holds the variables of an installation",
@@ -37,13 +37,12 @@ def read_programs(folder: str) -> Loadable:
     Raises:
         ConfigError: There is no such folder, its name is empty, or it cannot be read.
     """
+    if not folder:
+        raise ConfigError(f"--programs {folder!r}: an empty name is no folder", cure=_CURE)
     try:
-        paths = sorted(Path(folder).iterdir() if folder else _nameless())
+        paths = sorted(Path(folder).iterdir())
     except OSError as error:
-        raise ConfigError(
-            f"--programs {folder!r}: {error.strerror or error}",
-            cure="give a folder of URScript files; . is the one you are in",
-        ) from None
+        raise ConfigError(f"--programs {folder!r}: {error.strerror or error}", cure=_CURE) from None
     found = Loadable()
     for path in paths:
         try:
@@ -53,10 +52,6 @@ def read_programs(folder: str) -> Loadable:
         except OSError as error:
             found.refused[path.name] = f"it cannot be read: {error.strerror or error}"
     return found
-
-
-def _nameless() -> NoReturn:
-    raise OSError(errno.ENOENT, "an empty name is no folder")
 
 
 class _NoScriptError(Exception):

@@ -131,6 +131,8 @@ class Talk:
         link = self._sockets.get(name)
         if link is None:
             return None
+        if self._c.running is not None:
+            self._c.running.current.overruns = 0  # who reads waits for others, even where all has come already
         until = self._c.now + timeout if timeout > 0.0 else float("inf")
         yield from self._wait(lambda: complete(link.take()) or link.ended or self._c.now >= until - 1e-9)
         return link if complete(link.received) else None

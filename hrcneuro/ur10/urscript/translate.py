@@ -75,7 +75,7 @@ class Translator(Expressions):
         # Whatever goes on for ever must not stop the controller: a loop without sync, calls of calls, a script without
         # end. When its share of the cycle is used up it waits.
         self._emit(f"rt.budget -= {cost}")
-        self._emit("if rt.budget < 0: yield")
+        self._emit("if rt.budget < 0: yield rt.overrun()")
 
     @contextmanager
     def _counted_anew(self) -> Iterator[None]:
