@@ -75,7 +75,9 @@ class Expressions:
         left = self._sum()
         while self._peek().kind == "sign" and self._peek().text in _COMPARISONS:
             sign = self._next().text
-            left = f"({left} {sign} {self._sum()})"
+            right = self._sum()
+            ordered = sign not in ("==", "!=")
+            left = f"(rt.ordered({left}) {sign} rt.ordered({right}))" if ordered else f"({left} {sign} {right})"
         return left
 
     def _sum(self) -> str:

@@ -48,6 +48,17 @@ class Values:
         raise ScriptError(f"runtime error: type error: a condition is True or False, not {_shown(value)}")
 
     @staticmethod
+    def ordered(value: Any) -> Any:
+        """Return an operand of ``<``, ``>``, ``<=`` and ``>=``.
+
+        Raises:
+            ScriptError: It is no number.
+        """
+        if type(value) is int or type(value) is float:
+            return value
+        raise ScriptError(f"runtime error: type error: only numbers are less or greater, not {_shown(value)}")
+
+    @staticmethod
     def copy(value: Any) -> Any:
         """Return a list's copy, anything else as it is: lists are values in URScript."""
         return type(value)(value) if isinstance(value, list) else value
