@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,7 +34,7 @@ def ur10_serve(
     ] = None,
     software: Annotated[str, typer.Option(help="The version it says it is.")] = SOFTWARE,
     programs: Annotated[
-        Path | None, typer.Option(help="A folder of URScript files that the dashboard can load.")
+        str | None, typer.Option(metavar="<path>", help="A folder of URScript files that the dashboard can load.")
     ] = None,
     open_network: Annotated[
         bool, typer.Option("--open-network", help="Allow an address that others can reach.")

@@ -13,7 +13,8 @@ from hrcneuro.paradigm.grid import CENTRE, Tile
 from hrcneuro.robot import kinematics, record
 from hrcneuro.robot.backend import ArmError, Stopped
 from hrcneuro.robot.cell import Position
-from hrcneuro.robot.loop import Loop, OnStop
+from hrcneuro.robot.cycle import OnStop
+from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.session import LEAD_MOVES, LEAD_T_F

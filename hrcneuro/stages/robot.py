@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from hrcneuro.analyses.driven import Driven
     from hrcneuro.robot.backend import Backend, Clock
-    from hrcneuro.robot.loop import Loop, OnOnset, OnStop
+    from hrcneuro.robot.cycle import OnOnset, OnStop
+    from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.plan import PlannedMove
     from hrcneuro.robot.workspace import Workspace
 

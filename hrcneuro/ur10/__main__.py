@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from hrcneuro.errors import HrcError
 from hrcneuro.ur10 import SOFTWARE
@@ -39,7 +38,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--address", default="127.0.0.1", help="where it listens: ports 29998 to 30004")
     parser.add_argument("--fault", action="append", default=[], metavar="KIND[=VALUE][@SECONDS]")
     parser.add_argument("--software", default=SOFTWARE, help="the version it says it is")
-    parser.add_argument("--programs", type=Path, help="a folder of URScript files that the dashboard can load")
+    parser.add_argument("--programs", help="a folder of URScript files that the dashboard can load")
     for name in ("power-off", "open-network", "until-stdin-closes", "json", "quiet", "verbose"):
         parser.add_argument(f"--{name}", action="store_true")
     return parser

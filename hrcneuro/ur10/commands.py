@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import isfinite
 from random import Random
 from typing import Any
 
@@ -14,14 +13,16 @@ from hrcneuro.ur10.functions import one_liners
 from hrcneuro.ur10.modes import Notice
 from hrcneuro.ur10.motion import Motion, MoveC, MoveJ, MoveL, ServoJ, SpeedJ, SpeedL, StopJ, StopL
 from hrcneuro.ur10.programs import Watchdog
+from hrcneuro.ur10.ranges import RANGES
 from hrcneuro.ur10.remote import Remote
 from hrcneuro.ur10.sockets import Sockets
 from hrcneuro.ur10.talk import Talk
 from hrcneuro.ur10.urscript import library
+from hrcneuro.ur10.urscript.arguments import Number, OneOf, checked, require
 from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Pose, Routine
 from hrcneuro.ur10.urscript.signatures import Signatures
-from hrcneuro.ur10.urscript.values import Values
+from hrcneuro.ur10.variables import INPUTS
 
 Vector = Sequence[float]
 
@@ -32,6 +33,8 @@ BLOCKING = frozenset(_TAKE_TIME.split())
 _ENDLESS = 1e9
 _STOPPED_BY_PROGRAM = 209  # C209A0 in UR's list of error codes
 _INVERSE = 100  # turns of a loop that the inverse kinematics weighs
+_POSITIVE = Number(above=0.0)
+_ACTIONS = OneOf(("ignore", "pause", "stop"))
 
 
 class Commands:
@@ -49,6 +52,8 @@ class Commands:
         sockets = sockets or Sockets()
         functions.update(Talk(controller, sockets).functions())
         functions.update(Remote(controller, sockets).functions())
+        for name, kinds in RANGES.items():
+            functions[name] = checked(name, functions[name], kinds)
         # What translated code calls, but no script by name.
         functions["_label"] = lambda number, text: controller.say(Notice("label", text, number=number))
         controller.programs.functions = functions
@@ -57,14 +62,16 @@ class Commands:
     # --- moves --------------------------------------------------------------------------------------------------
 
     def movej(self, q: Vector, a: float = 1.4, v: float = 1.05, t: float = 0, r: float = 0) -> Routine:
-        """Move in joint space to joint angles or to a pose."""
+        """Move in joint space to joint angles or to a pose; a time ``t`` above 0 counts before ``a`` and ``v``."""
+        _check_profile("movej", a, v, t)
         yield from self._at_rest()
-        yield from self._follow(MoveJ(self._c.arm, self._joints(q), _positive(a), _positive(v), t))
+        yield from self._follow(MoveJ(self._c.arm, self._joints(q), a, v, t))
 
     def movel(self, pose: Vector, a: float = 1.2, v: float = 0.25, t: float = 0, r: float = 0) -> Routine:
-        """Move in tool space to a pose or to joint angles."""
+        """Move in tool space to a pose or to joint angles; a time ``t`` above 0 counts before ``a`` and ``v``."""
+        _check_profile("movel", a, v, t)
         yield from self._at_rest()
-        yield from self._follow(MoveL(self._c.arm, self._pose(pose), _positive(a), _positive(v), t))
+        yield from self._follow(MoveL(self._c.arm, self._pose(pose), a, v, t))
 
     def movep(self, pose: Vector, a: float = 1.2, v: float = 0.25, r: float = 0) -> Routine:
         """Move in tool space; the blend is not simulated: the arm stops at the pose."""
@@ -76,18 +83,17 @@ class Commands:
         """Move on a circle through two poses."""
         yield from self._at_rest()
         via, to = self._pose(pose_via), self._pose(pose_to)
-        yield from self._follow(MoveC(self._c.arm, via, to, _positive(a), _positive(v), fixed=mode == 1))
+        yield from self._follow(MoveC(self._c.arm, via, to, a, v, fixed=mode == 1))
 
-    def speedj(self, qd: Vector, a: float = 1.4, t: float | None = None, t_min: float | None = None) -> Routine:
+    def speedj(self, qd: Vector, a: float, t: float | None = None, t_min: float | None = None) -> Routine:
         """Take joint velocities; return after ``t`` seconds, or when they are reached."""
-        yield from self._keep(SpeedJ(_six(qd), _positive(a)), t if t is not None else t_min)
+        yield from self._keep(SpeedJ(qd, a), t if t is not None else t_min)
 
     def speedl(
-        self, xd: Vector, a: float = 1.2, t: float | None = None, aRot: float | None = None, t_min: float | None = None
+        self, xd: Vector, a: float, t: float | None = None, aRot: float | None = None, t_min: float | None = None
     ) -> Routine:
         """Take a velocity of the tool; return after ``t`` seconds, or when it is reached."""
-        turn = _positive(aRot) if aRot is not None else _positive(a)
-        yield from self._keep(SpeedL(_six(xd), _positive(a), turn), t if t is not None else t_min)
+        yield from self._keep(SpeedL(xd, a, aRot if aRot is not None else a), t if t is not None else t_min)
 
     def servoj(
         self, q: Vector, a: float = 0, v: float = 0, t: float = CYCLE, lookahead_time: float = 0.1, gain: float = 300
@@ -99,17 +105,17 @@ class Commands:
         """Go towards a pose; as servoj, without the circular path."""
         yield from self._keep(ServoJ(self._joints(Pose(pose)), 0.1, 300), CYCLE)
 
-    def stopj(self, a: float = 2.0, t: float = 0) -> Routine:
+    def stopj(self, a: float) -> Routine:
         """Decelerate the joints to rest."""
         yield from self._follow(StopJ(a))
 
-    def stopl(self, a: float = 1.2, aRot: float = 0) -> Routine:
+    def stopl(self, a: float, aRot: float | None = None) -> Routine:
         """Decelerate the tool to rest."""
         yield from self._follow(StopL(a, aRot))
 
     def stop_conveyor_tracking(self, a: float = 20.0) -> Routine:
         """Decelerate the joints to rest."""
-        yield from self._follow(StopJ(_positive(a)))
+        yield from self._follow(StopJ(a))
 
     def sync(self) -> Routine:
         """Give the rest of the cycle away."""
@@ -120,7 +126,7 @@ class Commands:
         program = self._c.running
         if t > 0.0 and program is not None and program.secondary:
             yield  # however short it is, a secondary program has no time for it
-        until = self._c.now + min(max(t, 0.0), _ENDLESS)
+        until = self._c.now + min(t, _ENDLESS)
         while self._c.now < until - 0.5 * CYCLE:
             yield
 
@@ -164,17 +170,14 @@ class Commands:
     # --- targets ------------------------------------------------------------------------------------------------
 
     def _joints(self, target: Vector) -> list[float]:
-        values = _six(target)
-        if not isinstance(target, Pose):
-            return _in_range(values)
-        q = geometry.inverse(values, self._c.arm.tcp, self._c.arm.target_q)
-        if q is None:
-            raise ScriptError("runtime error: get_inverse_kin: no solution, the pose is out of reach")
-        return q
+        if isinstance(target, Pose):
+            return self.get_inverse_kin(target)
+        if any(abs(v) > MAX_ANGLE for v in target):
+            raise ScriptError("runtime error: joint angles beyond ±360°")
+        return list(target)
 
     def _pose(self, target: Vector) -> list[float]:
-        values = _six(target)
-        return values if isinstance(target, Pose) else geometry.pose(values, self._c.arm.tcp)
+        return list(target) if isinstance(target, Pose) else geometry.pose(target, self._c.arm.tcp)
 
     def get_inverse_kin(
         self,
@@ -187,7 +190,7 @@ class Commands:
         """Return joint angles near ``qnear`` for a pose."""
         self._c.charge(_INVERSE)
         arm = self._c.arm
-        q = geometry.inverse(_six(x), _six(tcp) if tcp else arm.tcp, _six(qnear) if qnear else arm.target_q)
+        q = geometry.inverse(x, tcp or arm.tcp, qnear or arm.target_q)
         if q is None:
             raise ScriptError("runtime error: get_inverse_kin: no solution, the pose is out of reach")
         return q
@@ -199,24 +202,23 @@ class Commands:
         """Return whether :meth:`get_inverse_kin` finds joint angles."""
         self._c.charge(_INVERSE)
         arm = self._c.arm
-        return geometry.inverse(_six(pose), _six(tcp) if tcp else arm.tcp, arm.target_q) is not None
+        return geometry.inverse(pose, tcp or arm.tcp, arm.target_q) is not None
 
     def get_forward_kin(self, q: Vector | None = None, tcp: Vector | None = None) -> Pose:
         """Return the pose at joint angles."""
         arm = self._c.arm
-        return Pose(geometry.pose(_six(q) if q else arm.q, _six(tcp) if tcp else arm.tcp))
+        return Pose(geometry.pose(q or arm.q, tcp or arm.tcp))
 
     def is_within_safety_limits(self, target: Vector) -> bool:
         """Return whether joint angles, or a pose, can be reached."""
         self._c.charge(_INVERSE)
-        values = _six(target)
         if isinstance(target, Pose):
-            return geometry.inverse(values, self._c.arm.tcp, self._c.arm.target_q) is not None
-        return all(abs(v) <= MAX_ANGLE for v in values)
+            return geometry.inverse(target, self._c.arm.tcp, self._c.arm.target_q) is not None
+        return all(abs(v) <= MAX_ANGLE for v in target)
 
     def set_tcp(self, pose: Vector) -> None:
         """Set the tool centre point, in the flange's frame."""
-        self._c.arm.tcp = _six(pose)
+        self._c.arm.tcp = [float(v) for v in pose]
 
     # --- other --------------------------------------------------------------------------------------------------
 
@@ -238,19 +240,18 @@ class Commands:
 
     def position_deviation_warning(self, enabled: bool, threshold: float = 0.8) -> None:
         """Write to the log where the joints leave their targets by more than a share of what stops the arm."""
-        if type(threshold) not in (int, float) or not 0.0 <= threshold <= 1.0:
-            raise ScriptError(f"runtime error: a threshold is a share, 0 … 1, not {library.text(threshold)[:80]}")
-        self._c.warns_above = float(threshold) if Values.boolean(enabled) else None
+        self._c.warns_above = float(threshold) if enabled else None
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
         """Watch how often an RTDE input is written."""
         c = self._c
-        action = library.text(action).lower()  # the script manual writes "pause"; UR's own program, "PAUSE"
-        if action == "ignore" or min_frequency <= 0.0:
+        if variable_name not in INPUTS or INPUTS[variable_name].since > c.version[:2]:
+            raise ScriptError(f"runtime error: rtde_set_watchdog: RTDE has no input {variable_name[:80]!r}")
+        action = action.lower()  # the script manual writes "pause"; UR's own program, "PAUSE"
+        require("rtde_set_watchdog", "action", _ACTIONS, action)
+        if action == "ignore" or min_frequency == 0.0:
             c.programs.watchdogs.pop(variable_name, None)
             return
-        if action not in ("pause", "stop"):
-            raise ScriptError(f"runtime error: rtde_set_watchdog: no action {action!r}")
         c.programs.watchdogs[variable_name] = Watchdog(variable_name, 1.0 / min_frequency, action, c.now)
 
 
@@ -260,20 +261,8 @@ def compile_names(controller: Controller) -> tuple[frozenset[str], frozenset[str
     return frozenset(functions) - BLOCKING, BLOCKING & frozenset(functions), Signatures(functions)
 
 
-def _six(values: Any) -> list[float]:
-    if not isinstance(values, list) or len(values) != 6 or not all(isfinite(v) for v in values):
-        raise ScriptError(f"runtime error: expected six numbers, got {library.text(values)[:80]}")
-    return [float(v) for v in values]
-
-
-def _in_range(q: list[float]) -> list[float]:
-    if any(abs(v) > MAX_ANGLE for v in q):
-        raise ScriptError("runtime error: joint angles beyond ±360°")
-    return q
-
-
-def _positive(value: Any) -> float:
-    number = abs(float(value))
-    if not number > 0.0 or not isfinite(number):
-        raise ScriptError(f"runtime error: acceleration and speed are positive, got {library.text(value)}")
-    return number
+def _check_profile(function: str, a: Any, v: Any, t: float) -> None:
+    # The script manual: where a time is given, a and v are ignored.
+    if not t:
+        require(function, "a", _POSITIVE, a)
+        require(function, "v", _POSITIVE, v)

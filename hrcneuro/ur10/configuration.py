@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from hrcneuro.ur10.memory import BITS, Io
-from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.values import index
 
 
@@ -47,8 +46,6 @@ def _actions() -> dict[str, Callable[..., Any]]:
     def action_of(size: int) -> Callable[[int, str], None]:
         def set_action(port: int, action: str) -> None:
             index(port, size)
-            if action not in ("default", "freedrive"):
-                raise ScriptError(f"runtime error: an input's action is default or freedrive, not {action!r}")
 
         return set_action
 

@@ -15,6 +15,8 @@ WELCOME = "Connected: Universal Robots Dashboard Server\n"
 _LONGEST = 8192
 _SERIAL = "20183000000"
 _ALWAYS = (3, 0)
+_INSTALLATION = "default.installation"  # every robot has it
+_FOLDERS = (".", "/programs", "/ursim/programs")  # names of the folder of programs, on a robot and in UR's simulator
 _ROBOT_MODES = {POWER_OFF: "POWER_OFF", POWER_ON: "POWER_ON", IDLE: "IDLE", RUNNING: "RUNNING"}
 _SAFETY_MODES = {
     NORMAL: "NORMAL", PROTECTIVE: "PROTECTIVE_STOP", SAFEGUARD: "SAFEGUARD_STOP", EMERGENCY: "ROBOT_EMERGENCY_STOP"
@@ -61,9 +63,7 @@ class DashboardSession:
         return f"could not understand: {text}"
 
     def _load(self, argument: str) -> str:
-        if not argument:
-            return "File not found: "
-        name = PurePosixPath(argument).name
+        name = _file(argument)
         if name in self._refused:
             return f"Error while loading program: {argument}: {self._refused[name]}"
         if name not in self._programs:
@@ -197,7 +197,11 @@ class DashboardSession:
         return f"Completed successfully: ur_{_SERIAL}.zip" if argument else "Failed to execute: generate support file"
 
     def _installation(self, argument: str) -> str:
-        return f"Loading installation: {argument}" if argument else "File not found: "
+        name = _file(argument)
+        if name != _INSTALLATION and name not in self._refused and name not in self._programs:
+            return f"File not found: {argument}"
+        # What an installation says is not looked at: here all robots are installed alike.
+        return f"{'Loading' if name.lower().endswith('.installation') else 'Failed to load'} installation: {argument}"
 
     # Longest names first where one is the beginning of another; with the first software that has the command. Of
     # safetystatus UR's list does not say: it is taken to have come with the status itself. Model and serial number,
@@ -217,3 +221,9 @@ class DashboardSession:
         "get serial number": (_serial, _ALWAYS), "generate flight report": (_flight_report, (3, 13)),
         "generate support file": (_support_file, (3, 13)), "savelog": (_save_log, (3, 13)),
     }  # fmt: skip
+
+
+def _file(argument: str) -> str:
+    """Return the name of a file in the folder of programs; one elsewhere is not found."""
+    path = PurePosixPath(argument)
+    return path.name if str(path.parent) in _FOLDERS else ""

@@ -14,8 +14,6 @@ from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.values import Values, index
 
 _PORTS = 1 << 16
-_TYPES = (0, 1, 2, 3, 15, 16)
-_LONGEST = 20  # characters of a signal's name
 _EUROMAP = 32  # bits
 
 
@@ -29,12 +27,6 @@ def _modbus(signals: set[str]) -> dict[str, Callable[..., Any]]:
         IP: str, slave_number: int, signal_address: int, signal_type: int, signal_name: str,
         sequential_mode: bool = False, register_count: int = 1,
     ) -> None:  # fmt: skip
-        if not IP or not signal_name or len(signal_name) > _LONGEST or signal_type not in _TYPES or signal_address < 0:
-            raise ScriptError(
-                f"runtime error: modbus_add_signal: an address, a type of {', '.join(map(str, _TYPES))} and a name of "
-                f"1 … {_LONGEST} characters, not {IP!r}, {signal_type}, {signal_name!r}"
-            )
-        index(slave_number, 256)
         signals.add(signal_name)
 
     def known(signal_name: str) -> None:

@@ -7,7 +7,6 @@ manual's names: programs may write them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import isfinite
 from typing import Any
 
 from hrcneuro.ur10 import geometry
@@ -17,12 +16,13 @@ from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.conveyor import conveyor
 from hrcneuro.ur10.fieldbus import fieldbus
 from hrcneuro.ur10.memory import FLAGS, Bank, Io, Memory
-from hrcneuro.ur10.urscript.lexer import ScriptError
-from hrcneuro.ur10.urscript.library import text
+from hrcneuro.ur10.urscript.arguments import Number, Numbers, require
 from hrcneuro.ur10.urscript.runtime import Pose, Routine
 from hrcneuro.ur10.urscript.values import Values, index
+from hrcneuro.ur10.variables import UPPER
 
 Vector = Sequence[float]
+_MOMENTS = Numbers(3, Number(low=0.0))  # the script manual: Ixx, Iyy and Izz are not negative
 Functions = dict[str, Callable[..., Any]]
 
 
@@ -33,7 +33,7 @@ def one_liners(controller: Controller) -> Functions:
         **_state(controller.arm),
         **_payload(memory),
         **_force(),
-        **_registers(memory.inputs, memory.outputs),
+        **_registers(memory.inputs, memory.outputs, controller.version[:2] < UPPER),
         **_digital(memory.io),
         **_analog(memory.io),
         **_flags(memory.flags),
@@ -72,8 +72,8 @@ def _state(arm: Arm) -> Functions:
         "get_tool_accelerometer_reading": arm.accelerometer,
         # The real arm's joints stay where they are: one that PolyScope only shows would be set, and a joint without
         # end would count its turns anew.
-        "set_pos": lambda q: _check_numbers(q, 6),
-        "reset_revolution_counter": lambda qNear=ZERO: _check_numbers(qNear, 6),
+        "set_pos": lambda q: None,
+        "reset_revolution_counter": lambda qNear=ZERO: None,
         "get_steptime": lambda: CYCLE,
         "is_steady": lambda: arm.steady,
     }  # fmt: skip
@@ -82,11 +82,12 @@ def _state(arm: Arm) -> Functions:
 def _payload(memory: Memory) -> Functions:
     def set_payload(m: float, cog: Vector = ()) -> None:
         memory.payload = float(m)
-        memory.cog = list(cog or memory.cog)
+        memory.cog = [float(v) for v in cog or memory.cog]
 
     def set_target_payload(m: float, cog: Vector, inertia: Vector = ZERO, transition_time: float = 0.0) -> None:
+        require("set_target_payload", "inertia's beginning", _MOMENTS, list(inertia[:3]))
         set_payload(m, cog)
-        memory.inertia = list(inertia)
+        memory.inertia = [float(v) for v in inertia]
 
     return {
         "set_payload": set_payload, "set_target_payload": set_target_payload,
@@ -110,7 +111,7 @@ def _force() -> Functions:
     return {
         "get_tcp_force": lambda: list(ZERO), "get_joint_torques": lambda: list(ZERO), "force": lambda: 0.0,
         "tool_contact": lambda direction=ZERO: 0,
-        "set_gravity": lambda d: _check_numbers(d, 3),
+        "set_gravity": lambda d: None,
         "force_mode": lambda task_frame, selection_vector, wrench, type, limits: None, "end_force_mode": lambda: None,
         "force_mode_set_damping": lambda damping: None, "force_mode_set_gain_scaling": lambda scaling: None,
         "zero_ftsensor": lambda: None, "enable_external_ft_sensor": sensor, "ft_rtde_input_enable": sensor,
@@ -119,13 +120,16 @@ def _force() -> Functions:
     }  # fmt: skip
 
 
-def _registers(inputs: Bank, outputs: Bank) -> Functions:
+def _registers(inputs: Bank, outputs: Bank, lower_half_only: bool) -> Functions:
+    def size(values: list[Any]) -> int:
+        return len(values) // 2 if lower_half_only else len(values)
+
     def read(values: list[Any]) -> Callable[[int], Any]:
-        return lambda address: values[index(address, len(values))]
+        return lambda address: values[index(address, size(values))]
 
     def write(values: list[Any], kind: Callable[[Any], Any]) -> Callable[[int, Any], None]:
         def put(address: int, value: Any) -> None:
-            values[index(address, len(values))] = kind(value)
+            values[index(address, size(values))] = kind(value)
 
         return put
 
@@ -133,7 +137,7 @@ def _registers(inputs: Bank, outputs: Bank) -> Functions:
         "read_input_integer_register": read(inputs.ints), "read_input_float_register": read(inputs.doubles),
         "read_input_boolean_register": read(inputs.bits), "read_output_integer_register": read(outputs.ints),
         "read_output_float_register": read(outputs.doubles), "read_output_boolean_register": read(outputs.bits),
-        "write_output_integer_register": write(outputs.ints, _int32),
+        "write_output_integer_register": write(outputs.ints, int),
         "write_output_float_register": write(outputs.doubles, float),
         "write_output_boolean_register": write(outputs.bits, Values.boolean),
     }  # fmt: skip
@@ -162,13 +166,10 @@ def _digital(io: Io) -> Functions:
 def _analog(io: Io) -> Functions:
     def put(n: int, f: float) -> None:
         # A share of the range: 4 … 20 mA or 0 … 10 V.
-        share = min(max(float(f), 0.0), 1.0)
         voltage = io.analog_types >> 2 + index(n, 2) & 1
-        io.analog_out[n] = 10.0 * share if voltage else 0.004 + 0.016 * share
+        io.analog_out[index(n, 2)] = 10.0 * f if voltage else 0.004 + 0.016 * f
 
     def tool_voltage(voltage: int) -> None:
-        if voltage not in (0, 12, 24):
-            raise ScriptError(f"runtime error: set_tool_voltage: 0, 12 or 24 V, not {voltage}")
         io.tool_voltage = int(voltage)
 
     def get_analog_in(n: int) -> float:
@@ -188,13 +189,3 @@ def _flags(flags: list[bool]) -> Functions:
         flags[index(n, FLAGS)] = Values.boolean(b)
 
     return {"get_flag": lambda n: flags[index(n, FLAGS)], "set_flag": set_flag}
-
-
-def _check_numbers(values: Any, size: int) -> None:
-    numbers = isinstance(values, Sequence) and all(type(v) in (int, float) and isfinite(v) for v in values)
-    if not numbers or len(values) != size:
-        raise ScriptError(f"runtime error: expected {size} numbers, got {text(values)[:80]}")
-
-
-def _int32(value: Any) -> int:
-    return (int(value) + 2**31) % 2**32 - 2**31

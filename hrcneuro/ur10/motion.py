@@ -223,7 +223,6 @@ class ServoJ:
 
     def __init__(self, q: Vector, lookahead: float, gain: float) -> None:
         """Fix the goal, rad; ``lookahead`` 0.03 … 0.2 s and ``gain`` 100 … 2000 as the manual bounds them."""
-        lookahead, gain = min(max(lookahead, 0.03), 0.2), min(max(gain, 100.0), 2000.0)
         self._q, self._rate, self.done = list(q), min(gain / 300.0 / lookahead, 0.9 / CYCLE), False
 
     def step(self, arm: Arm, scaling: float) -> Vector:
@@ -238,7 +237,7 @@ class StopJ:
 
     def __init__(self, a: float = _GENTLE) -> None:
         """Fix the deceleration, rad/s²."""
-        self._a, self.done = max(abs(a), 0.01), False
+        self._a, self.done = a, False
 
     def step(self, arm: Arm, scaling: float) -> Vector:
         """Return the next velocities on the ramp."""
@@ -249,9 +248,9 @@ class StopJ:
 class StopL:
     """stopl: the tool's velocity falls to zero, m/s²; the path is kept, since the joints stay in proportion."""
 
-    def __init__(self, a: float, turn: float = 0.0) -> None:
-        """Fix the decelerations, m/s² and rad/s² (of a tool that only turns, ten times ``a`` where 0)."""
-        self._a, self._turn, self.done = max(abs(a), 0.01), turn or 10.0 * max(abs(a), 0.01), False
+    def __init__(self, a: float, turn: float | None = None) -> None:
+        """Fix the decelerations, m/s² and rad/s² (of a tool that only turns, ten times ``a`` where None)."""
+        self._a, self._turn, self.done = a, 10.0 * a if turn is None else turn, False
 
     def step(self, arm: Arm, scaling: float) -> Vector:
         """Return the joint velocities scaled down by a cycle's deceleration."""

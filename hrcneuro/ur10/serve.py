@@ -10,7 +10,6 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.ur10 import SOFTWARE
@@ -26,7 +25,7 @@ def serve(
     powered: bool = True,
     faults: Sequence[str] = (),
     version: str = SOFTWARE,
-    programs: Path | None = None,
+    programs: str | None = None,
     open_network: bool = False,
     as_json: bool = False,
     quiet: bool = False,
@@ -41,7 +40,7 @@ def serve(
         HardwareError: The ports are taken.
     """
     _check_address(address, open_network)
-    loadable = read_programs(programs) if programs else Loadable()
+    loadable = Loadable() if programs is None else read_programs(programs)
     controller = Controller(version=_version(version), powered=powered)
     if verbose:
         controller.listeners.append(lambda kind, text: print(f"{kind}: {text}", file=sys.stderr, flush=True))

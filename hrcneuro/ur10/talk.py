@@ -10,12 +10,11 @@ from typing import Any
 
 from hrcneuro.ur10.controller import Controller
 from hrcneuro.ur10.sockets import Link, Sockets
-from hrcneuro.ur10.urscript.lexer import ScriptError
-from hrcneuro.ur10.urscript.library import text
+from hrcneuro.ur10.urscript.library import decimal, text
 from hrcneuro.ur10.urscript.runtime import Routine
+from hrcneuro.ur10.urscript.values import whole
 
 _CONNECT = 2.0  # s: the script manual's
-_MOST_NUMBERS = 30  # that one call reads
 _LONGEST_TEXT = 1024
 _READ = 50  # turns of a loop that a read weighs: a client that sends without end must not fill a cycle
 _ESCAPES = {"\\n": "\n", "\\t": "\t", "\\r": "\r"}
@@ -54,23 +53,22 @@ class Talk:
 
     def socket_read_binary_integer(self, number: int, socket_name: str = "socket_0", timeout: float = 2) -> Routine:
         """Return how many integers of 32 bits were read, all or none, and each of them, or -1."""
-        data = yield from self._bytes(socket_name, 4 * _count(number), timeout)
-        return [number, *struct.unpack(f">{number}i", data)] if data else [0] + [-1] * number
+        size = int(number)
+        data = yield from self._bytes(socket_name, 4 * size, timeout)
+        return [size, *struct.unpack(f">{size}i", data)] if data else [0] + [-1] * size
 
     def socket_read_byte_list(self, number: int, socket_name: str = "socket_0", timeout: float = 2) -> Routine:
         """Return how many bytes were read, all or none, and each of them, or -1."""
-        data = yield from self._bytes(socket_name, _count(number), timeout)
-        return [number, *data] if data else [0] + [-1] * number
+        size = int(number)
+        data = yield from self._bytes(socket_name, size, timeout)
+        return [size, *data] if data else [0] + [-1] * size
 
     def socket_read_ascii_float(self, number: int, socket_name: str = "socket_0", timeout: float = 2) -> Routine:
         """Return how many numbers stood between brackets, and each of them, or nan."""
-        _count(number)
         said = yield from self._text(socket_name, "(", ")", timeout)
-        try:
-            values = [float(word) for word in said.split(",")] if said else []
-        except ValueError:
-            values = []
-        return [len(values), *values] if len(values) == number else [0] + [nan] * number
+        values = [float(value) for word in said.split(",") if (value := decimal(word)) is not None]
+        size = int(number)
+        return [size, *values] if len(values) == said.count(",") + 1 == size else [0] + [nan] * size
 
     # --- texts --------------------------------------------------------------------------------------------------
 
@@ -93,8 +91,8 @@ class Talk:
         """Ask for an integer, ``GET name``, and return it; 0 where no ``name integer`` comes."""
         self._send(socket_name, f"GET {name}\n".encode())
         line = yield from self._text(socket_name, "", "\n", 2.0)
-        found = re.fullmatch(rf"{re.escape(name)} (-?\d+)\s*", line)
-        return int(found[1]) if found else 0
+        found = re.fullmatch(rf"{re.escape(name)} (-?[0-9]{{1,10}})\s*", line)
+        return whole(float(found[1])) if found else 0
 
     def socket_set_var(self, name: str, value: int, socket_name: str = "socket_0") -> None:
         """Send ``SET name value``."""
@@ -102,7 +100,7 @@ class Talk:
 
     def socket_send_byte(self, value: int, socket_name: str = "socket_0") -> bool:
         """Return whether a byte was sent."""
-        return self._send(socket_name, bytes([int(value) & 0xFF]))
+        return self._send(socket_name, bytes([int(value)]))
 
     def socket_send_int(self, value: int, socket_name: str = "socket_0") -> bool:
         """Return whether an integer of 32 bits was sent."""
@@ -133,6 +131,8 @@ class Talk:
         link = self._sockets.get(name)
         if link is None:
             return None
+        if self._c.running is not None:
+            self._c.running.current.overruns = 0  # who reads waits for others, even where all has come already
         until = self._c.now + timeout if timeout > 0.0 else float("inf")
         yield from self._wait(lambda: complete(link.take()) or link.ended or self._c.now >= until - 1e-9)
         return link if complete(link.received) else None
@@ -162,9 +162,3 @@ class Talk:
         begin, end = span(link.received)
         said, link.received = link.received[begin:end], link.received[end + len(last) :]
         return said[:_LONGEST_TEXT].decode("utf-8", "replace")
-
-
-def _count(number: Any) -> int:
-    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= _MOST_NUMBERS:
-        raise ScriptError(f"runtime error: 1 … {_MOST_NUMBERS} numbers are read at a time, not {text(number)}")
-    return number

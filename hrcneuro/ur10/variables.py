@@ -23,7 +23,7 @@ FORMATS = {
     "VECTOR3D": "3d", "VECTOR6D": "6d", "VECTOR6INT32": "6i", "VECTOR6UINT32": "6I",
 }  # fmt: skip
 JOINT_RUNNING, JOINT_POWER_OFF = 253, 239
-_UPPER = (3, 9)  # the software that brought the upper half of the registers
+UPPER = (3, 9)  # the software that brought the upper half of the registers
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _registers(prefix: str, bank: str) -> dict[str, Output]:
     for first in (0, 32):
         table[f"{prefix}_bit_registers{first}_to_{first + 31}"] = Output("UINT32", _word(bank, first))
     for i in range(64, BITS):
-        table[f"{prefix}_bit_register_{i}"] = Output("BOOL", _register(bank, "bits", i), _UPPER)
+        table[f"{prefix}_bit_register_{i}"] = Output("BOOL", _register(bank, "bits", i), UPPER)
     for i in range(INTEGERS):
         table[f"{prefix}_int_register_{i}"] = Output("INT32", _register(bank, "ints", i), _half(i))
     for i in range(DOUBLES):
@@ -160,7 +160,7 @@ def _registers(prefix: str, bank: str) -> dict[str, Output]:
 
 
 def _half(i: int) -> tuple[int, int]:
-    return (3, 0) if i < INTEGERS // 2 else _UPPER
+    return (3, 0) if i < INTEGERS // 2 else UPPER
 
 
 def _channel(kind: str, i: int) -> Callable[[Controller], Any]:
@@ -198,7 +198,7 @@ def _inputs() -> dict[str, Input]:
     for first in (0, 32):
         table[f"input_bit_registers{first}_to_{first + 31}"] = Input("UINT32", _put_word(first))
     for i in range(64, BITS):
-        table[f"input_bit_register_{i}"] = Input("BOOL", _put("bits", i), _UPPER)
+        table[f"input_bit_register_{i}"] = Input("BOOL", _put("bits", i), UPPER)
     for i in range(INTEGERS):
         table[f"input_int_register_{i}"] = Input("INT32", _put("ints", i), _half(i))
     for i in range(DOUBLES):

@@ -2,6 +2,7 @@
 
 import contextlib
 import random
+import re
 import socket
 import struct
 import threading
@@ -46,6 +47,25 @@ def test_a_hostile_program_takes_its_share_of_a_cycle_only(robot, name):
         longest = max(longest, time.process_time() - begin)
     # Much more than it takes, much less than it would.
     assert longest < 0.25
+
+
+@pytest.mark.parametrize("waits", ["sync()", "sleep(0.01)", "speedj([0, 0, 0, 0, 0, 0.1], 1, 0.008)"])
+@pytest.mark.parametrize("where", ["program", "thread"])
+def test_who_computes_for_a_second_without_waiting_ends_the_program(new_robot, where, waits):
+    loop = "while True:\nx = 1\n{}end\n"
+    scripts = {
+        "program": f"def program():\n{loop}end\n",
+        "thread": f"def program():\nthread other():\n{loop}end\nrun other()\nwhile True:\nsync()\nend\nend\n",
+    }
+    polite, robot = new_robot(), new_robot()
+    polite.run(scripts[where].format(f"{waits}\n"), seconds=3.0)
+    assert polite.controller.program is not None
+    assert not polite.errors
+    robot.run(scripts[where].format(""), seconds=0.95)
+    assert robot.controller.program is not None
+    robot.wait(0.1)
+    assert robot.controller.program is None
+    assert re.search(r"used too much time .* sync\(\) or sleep\(\) .*\(line \d", robot.errors[-1])
 
 
 def test_secondary_programs_have_one_cycle_each_and_a_few_have_a_cycle(robot):

@@ -308,8 +308,9 @@ def test_a_program_that_does_not_compile_has_ur_s_word_and_ours(robot):
 def panel(robot):
     sent = []
     programs = {"wave.script": "def wave():\nwhile True:\nsync()\nend\nend\n", "bad.script": "fly()\n"}
+    refused = {"box.urp": "a box", "cell.installation": "an installation", "x.variables": "variables"}
     session = dashboard.DashboardSession(
-        robot.controller, sent.append, programs=programs, refused={"box.urp": "a box"}, compile=robot.compile
+        robot.controller, sent.append, programs=programs, refused=refused, compile=robot.compile
     )
     assert sent.pop() == b"Connected: Universal Robots Dashboard Server\n"
 
@@ -328,7 +329,18 @@ def test_the_dashboard_s_answers(panel, robot):
         ("PolyscopeVersion", "URSoftware 3.9.1.64192 (Jan 01 2019)"),
         ("get robot model", "UR10"), ("play", "Failed to execute: play"), ("pause", "Failed to execute: pause"),
         ("load box.urp", "Error while loading program: box.urp: a box"),
-        ("load none.urp", "File not found: none.urp"), ("get loaded program", "No program loaded"),
+        ("load none.urp", "File not found: none.urp"), ("load", "File not found: "),
+        ("load x.variables", "Error while loading program: x.variables: variables"),
+        ("load cell.installation", "Error while loading program: cell.installation: an installation"),
+        ("load other/wave.script", "File not found: other/wave.script"),
+        ("load /programs/../wave.script", "File not found: /programs/../wave.script"),
+        ("load installation cell.installation", "Loading installation: cell.installation"),
+        ("load installation default.installation", "Loading installation: default.installation"),
+        ("load installation none.installation", "File not found: none.installation"),
+        ("load installation", "File not found: "),
+        ("load installation wave.script", "Failed to load installation: wave.script"),
+        ("load installation x.variables", "Failed to load installation: x.variables"),
+        ("get loaded program", "No program loaded"),
         ("load wave.script", "Loading program: wave.script"),
         ("get loaded program", "Loaded program: /programs/wave.script"),
         ("play", "Starting program"), ("popup hello", "showing popup"), ("close popup", "closing popup"),
@@ -339,7 +351,8 @@ def test_the_dashboard_s_answers(panel, robot):
     ):  # fmt: skip
         assert panel(line) == answer
     assert panel("load bad.script").startswith("Error while loading program: bad.script")
-    assert panel("load wave.script") == "Loading program: wave.script"
+    for folder in ("/programs", "/ursim/programs", "."):
+        assert panel(f"load {folder}/wave.script") == f"Loading program: {folder}/wave.script"
     assert panel("play") == "Starting program"
     robot.wait(0.05)
     assert panel("running") == "Program running: true"

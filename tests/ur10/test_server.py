@@ -113,6 +113,7 @@ def test_signals_end_it_in_order(number):
     (["--software", "5.11.0.1"], 2, "no CB3 software"),
     (["--fault", "drops=1"], 2, "did you mean 'drop'"),
     (["--programs", __file__ + ".none"], 2, "No such file"),
+    (["--programs", ""], 2, "an empty name is no folder"),
     (["--programs", __file__], 2, "Not a directory"),
 ])  # fmt: skip
 def test_bad_arguments_are_refused(arguments, code, part):

@@ -111,6 +111,13 @@ def test_sockets_have_a_number(robot, peer):
     assert (said.count("True"), said[-1]) == (32, "False")
 
 
+def test_who_reads_on_and_on_does_not_use_too_much_time(talk, robot):
+    talk("while True:\nx = socket_read_byte_list(1)\nend", b"x" * 60_000, seconds=2.0)
+    assert robot.controller.program is not None
+    assert not robot.errors
+    robot.controller.stop_program()
+
+
 def test_one_that_waits_for_the_network_keeps_nobody_out_of_a_critical_section(talk):
     body = """global n = 0
 thread t():

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from math import inf, isinf
 
 from hrcneuro.ur10.urscript.lexer import Token, tokens, wrong
 from hrcneuro.ur10.urscript.signatures import Call, Signatures
+from hrcneuro.ur10.urscript.values import whole
 
 _CONSTANTS = {"True": "True", "False": "False", "pi": "3.141592653589793"}
 _ARITHMETIC = {"+": "plus", "-": "minus", "*": "times", "/": "over", "%": "modulo"}
@@ -73,7 +75,9 @@ class Expressions:
         left = self._sum()
         while self._peek().kind == "sign" and self._peek().text in _COMPARISONS:
             sign = self._next().text
-            left = f"({left} {sign} {self._sum()})"
+            right = self._sum()
+            ordered = sign not in ("==", "!=")
+            left = f"(rt.ordered({left}) {sign} rt.ordered({right}))" if ordered else f"({left} {sign} {right})"
         return left
 
     def _sum(self) -> str:
@@ -103,8 +107,7 @@ class Expressions:
         self._part_variable_p()
         token = self._next()
         if token.kind == "number":
-            # Leading zeros are no number in Python.
-            return repr(float(token.text)) if not is_whole(token.text) else str(integer(token.text))
+            return repr(literal(token))
         if token.kind == "string":
             return repr(token.text[1:-1])
         if token.text == "(":
@@ -229,11 +232,17 @@ class Expressions:
             self._at += 1
 
 
-def is_whole(text: str) -> bool:
-    """Return whether a number's text is that of an integer."""
-    return text.isdigit() or text[:2].lower() in ("0x", "0b")
+def literal(token: Token) -> float:
+    """Return the number that a token writes; an integer of more than 32 bits is a float, as a sum would be.
 
-
-def integer(text: str) -> int:
-    """Return the integer that a text writes."""
-    return int(text) if text.isdigit() else int(text, 0)
+    Raises:
+        ScriptError: It is beyond the greatest number.
+    """
+    based = token.text[:2].lower() in ("0x", "0b")
+    try:
+        value = float(int(token.text, 0) if based else token.text)
+    except OverflowError:
+        value = inf
+    if isinf(value):
+        raise wrong(token, f"{token.text[:40]} is beyond the greatest number, 1.8e308")
+    return whole(value) if based or token.text.isdigit() else value

@@ -16,7 +16,7 @@ _TOKEN = re.compile(
       | (?P<pose>p\[)
       | (?P<name>[A-Za-z_][A-Za-z_0-9]*)
       | (?P<sign>==|!=|<=|>=|[-+*/%=<>!()\[\],:.$])""",
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,
 )
 # What may not end a statement: it goes on in the next line, past comments.
 _OPENING = "+ - * / % = == != < > <= >= , ( [ p[ and or not xor !"

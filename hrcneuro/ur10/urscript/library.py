@@ -10,9 +10,13 @@ from typing import Any
 from hrcneuro.ur10 import geometry
 from hrcneuro.ur10.urscript.lexer import ScriptError
 from hrcneuro.ur10.urscript.runtime import Pose
+from hrcneuro.ur10.urscript.values import whole
 
 Vector = Sequence[float]
 _LONGEST = 1023  # characters of a string that a function makes
+_INTEGER = re.compile(r"\s*[-+]?\d+\s*", re.ASCII)
+_DECIMAL = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
+_HEXADECIMAL = re.compile(r"\s*[-+]?0[xX][0-9a-fA-F]{1,16}\s*")
 
 
 def _pose(values: Sequence[float]) -> Pose:
@@ -65,16 +69,44 @@ def _bounded(string: str) -> str:
     return string
 
 
+def decimal(written: str) -> float | None:
+    """Return the number that a text writes, an integer unless it has a point or an exponent; None: it writes none."""
+    if not _DECIMAL.fullmatch(written):
+        return None
+    value = float(written)
+    return None if math.isinf(value) else whole(value) if _INTEGER.fullmatch(written) else value
+
+
 def _number(str: str) -> float:
-    # An integer, unless there is a decimal point or an exponent.
-    for kind in (int, float):
-        try:
-            return kind(str)
-        except ValueError:
-            continue
-    if re.fullmatch(r"\s*[-+]?0[xX][0-9a-fA-F]+", str):
-        return int(str, 16)
-    raise ScriptError(f"runtime error: {str!r} is no number")
+    value = whole(float(int(str, 16))) if _HEXADECIMAL.fullmatch(str) else decimal(str)
+    if value is None:
+        raise ScriptError(f"runtime error: to_num: {str[:80]!r} is no number")
+    return value
+
+
+def _length(obj: Any) -> int:
+    if not isinstance(obj, (list, str)):
+        raise ScriptError(f"runtime error: length: obj is a list or a string, not {text(obj)[:80]}")
+    return len(obj)
+
+
+def _list_length(obj: Any) -> int:
+    if not isinstance(obj, list):
+        raise ScriptError(f"runtime error: get_list_length: obj is a list, not {text(obj)[:80]}")
+    return len(obj)
+
+
+def _log(base: float, value: float) -> float:
+    if base == 1.0:
+        raise ScriptError("runtime error: log: base is a number other than 1")
+    return math.log(value, base)
+
+
+def _pow(x: float, y: float) -> float:
+    try:
+        return math.pow(x, y)
+    except (ValueError, OverflowError):
+        raise ScriptError(f"runtime error: pow: {x:g} to the power of {y:g} is no finite number") from None
 
 
 def _character(src: str, index: int) -> str:
@@ -103,9 +135,10 @@ def _bits(value: int) -> list[bool]:
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "acos": math.acos, "asin": math.asin, "atan": math.atan, "atan2": math.atan2, "cos": math.cos, "sin": math.sin,
-    "tan": math.tan, "sqrt": math.sqrt, "pow": math.pow, "ceil": math.ceil, "floor": math.floor,
-    "log": lambda base, value: math.log(value, base), "d2r": math.radians, "r2d": math.degrees, "norm": _norm,
-    "length": len, "get_list_length": len,
+    "tan": math.tan, "sqrt": math.sqrt, "pow": _pow,
+    "ceil": lambda x: whole(float(math.ceil(x))), "floor": lambda x: whole(float(math.floor(x))),
+    "log": _log, "d2r": math.radians, "r2d": math.degrees, "norm": _norm,
+    "length": _length, "get_list_length": _list_length,
     "integer_to_binary_list": _bits,
     "binary_list_to_integer": lambda bits: sum(1 << i for i, bit in enumerate(bits) if bit),
     "pose_trans": lambda a, b: _pose(geometry.pose_trans(a, b)),

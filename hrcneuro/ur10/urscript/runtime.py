@@ -19,6 +19,7 @@ Routine = Generator[Any, None, Any]
 
 _BUDGET = 2000  # turns of loops, calls and statements that a program's threads share in a cycle
 _MOST_THREADS = 50
+_MOST_OVERRUNS = 125  # cycles, one second: longer than any robot was seen to bear
 _SOURCE = "<urscript>"
 
 
@@ -60,6 +61,8 @@ class Thread:
         self.critical = 0
         self.budget = 0
         self.kept_out = False  # of its turn, by another thread's critical section
+        self.overran = False  # in this turn it waits because its share of the cycle is used up
+        self.overruns = 0  # cycles in a row that ended so
 
 
 class Program(Values):
@@ -127,7 +130,7 @@ class Program(Values):
 
     def _step(self, thread: Thread) -> bool:
         """Run a thread until it waits; return whether it does so for others only."""
-        self.current, self.budget = thread, thread.budget
+        self.current, self.budget, thread.overran = thread, thread.budget, False
         try:
             return bool(next(thread.routine))
         except StopIteration:
@@ -141,6 +144,7 @@ class Program(Values):
             raise self._placed(ScriptError(f"runtime error: {_explained(error)}"), error) from None
         finally:
             thread.budget = self.budget
+            thread.overruns = thread.overruns + 1 if thread.overran else 0
         return False
 
     def _placed(self, error: ScriptError, raised: BaseException) -> ScriptError:
@@ -188,6 +192,19 @@ class Program(Values):
         self.stop()
         yield
 
+    def overrun(self) -> None:
+        """Note that the thread's share of the cycle is used up: it computes, and neither waits nor moves the arm.
+
+        Raises:
+            ScriptError: It has done nothing else for a second.
+        """
+        self.current.overran = True
+        if self.current.overruns >= _MOST_OVERRUNS:
+            raise ScriptError(
+                "runtime error: a thread used too much time without telling the robot what to do: it computed for a "
+                "second; sync() or sleep() in its loop gives the others time"
+            )
+
     def wait_until(self, ready: Callable[[], bool]) -> Routine:
         """Wait for something outside; meanwhile the others run, even where the caller is in a critical section."""
         while not ready():
@@ -227,10 +244,19 @@ class Program(Values):
             self._holder = None
 
 
+_PLAINLY: dict[type[Exception], str] = {
+    NameError: "a variable is used before it has a value",
+    ZeroDivisionError: "division by zero",
+    RecursionError: "too many calls within calls",
+    OverflowError: "a number is too large",
+}
+
+
 def _explained(error: Exception) -> str:
-    if isinstance(error, (NameError, UnboundLocalError)):
-        return "a variable is used before it has a value"
+    for kind, plainly in _PLAINLY.items():
+        if isinstance(error, kind):
+            return plainly
     text = str(error)
     for prefix in ("b_", "v_", "g_", "f_"):
         text = text.replace(prefix, "")
-    return f"{type(error).__name__}: {text}"[:200]
+    return f"{'type error' if isinstance(error, TypeError) else type(error).__name__}: {text}"[:200]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from hrcneuro.ur10.urscript.expressions import Expressions, Scope, integer, is_whole
+from hrcneuro.ur10.urscript.expressions import Expressions, Scope, literal
 from hrcneuro.ur10.urscript.lexer import wrong
 from hrcneuro.ur10.urscript.signatures import Signatures
 
@@ -75,7 +75,7 @@ class Translator(Expressions):
         # Whatever goes on for ever must not stop the controller: a loop without sync, calls of calls, a script without
         # end. When its share of the cycle is used up it waits.
         self._emit(f"rt.budget -= {cost}")
-        self._emit("if rt.budget < 0: yield")
+        self._emit("if rt.budget < 0: yield rt.overrun()")
 
     @contextmanager
     def _counted_anew(self) -> Iterator[None]:
@@ -110,11 +110,12 @@ class Translator(Expressions):
         # $ 2 "MoveJ": what PolyScope shows of the program; sometimes with words behind the text.
         self._next()
         number, text = self._next(), self._next()
-        if number.kind != "number" or text.kind != "string":
-            raise wrong(number, 'a label is a number and a text: $ 2 "MoveJ"')
+        place = literal(number) if number.kind == "number" else None
+        if not isinstance(place, int) or text.kind != "string":
+            raise wrong(number, 'a label is an integer of 32 bits and a text: $ 2 "MoveJ"')
         while self._peek().kind not in ("newline", "eof"):
             self._next()
-        self._emit(f"b__label({integer(number.text) if is_whole(number.text) else 0}, {text.text[1:-1]!r})")
+        self._emit(f"b__label({place}, {text.text[1:-1]!r})")
         self._skip_newlines()
 
     def _assignment(self) -> bool:

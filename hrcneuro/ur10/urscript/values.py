@@ -48,6 +48,17 @@ class Values:
         raise ScriptError(f"runtime error: type error: a condition is True or False, not {_shown(value)}")
 
     @staticmethod
+    def ordered(value: Any) -> Any:
+        """Return an operand of ``<``, ``>``, ``<=`` and ``>=``.
+
+        Raises:
+            ScriptError: It is no number.
+        """
+        if type(value) is int or type(value) is float:
+            return value
+        raise ScriptError(f"runtime error: type error: only numbers are less or greater, not {_shown(value)}")
+
+    @staticmethod
     def copy(value: Any) -> Any:
         """Return a list's copy, anything else as it is: lists are values in URScript."""
         return type(value)(value) if isinstance(value, list) else value
@@ -132,15 +143,21 @@ def index(value: Any, size: int) -> int:
     Raises:
         ScriptError: It is no integer, or there are fewer.
     """
-    if not _is_integer(value):
+    if not is_integer(value):
         raise ScriptError(f"runtime error: a channel is an integer, not {_shown(value)}")
     if not 0 <= value < size:
         raise ScriptError(f"runtime error: no channel {value}; 0 … {size - 1} exist")
     return int(value)
 
 
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == int(value)
+def whole(value: float) -> float:
+    """Return an integer of 32 bits, where ``value`` is one, else ``value`` as a float."""
+    return int(value) if value.is_integer() and -(2**31) <= value < 2**31 else value
+
+
+def is_integer(value: Any) -> bool:
+    """Return whether a value is an integer; 2.0 is one, as what a division gives."""
+    return type(value) is int or (type(value) is float and value.is_integer())
 
 
 def _listed(value: Any) -> bool:
@@ -150,7 +167,7 @@ def _listed(value: Any) -> bool:
 def _index(values: Any, index: Any) -> int:
     if not isinstance(values, list):
         raise ScriptError(f"runtime error: no elements in {_shown(values)}")
-    if not _is_integer(index):
+    if not is_integer(index):
         raise ScriptError(f"runtime error: an index is an integer, not {_shown(index)}")
     if not 0 <= index < len(values):
         raise ScriptError(f"runtime error: index out of range: {int(index)}, of {len(values)} elements")
