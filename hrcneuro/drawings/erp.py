@@ -148,7 +148,7 @@ DRAWINGS = Drawings(
             ),
             "erp_image.png": Caption(
                 "Single trials of both conditions of a contrast at one channel, in the order of the time to the next "
-                "onset: what follows the black line is the response to that"
+                "onset, where that is known; a black line is the next onset: what follows is the response to that"
             ),
         },
         reads=(
