@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -178,6 +178,13 @@ def over_subjects(averages: Mapping[str, Averages], config: ContrastOptions, adj
             yield GroupContrast(scenario, name, plus, minus, tuple(units), result)
 
 
+def shortest_gap(trials: pd.DataFrame, sets: Sequence[TrialSet]) -> float | None:
+    """Return the shortest time to the next onset among the trials of any set, s; None if unknown."""
+    from hrcneuro.eeg.selection import shortest_gap_s
+
+    return min(filter(math.isfinite, (shortest_gap_s(trials[one.mask]) for one in sets)), default=None)
+
+
 def subject_peaks(
     averages: Averages, config: ContrastOptions, axes: Mapping[str, Iterable[Any]]
 ) -> dict[str, dict[str, Any]]:
@@ -196,8 +203,9 @@ def group_summary(
     tested: list[GroupContrast],
     axes: Mapping[str, Iterable[Any]],
     config: ContrastOptions,
+    gap_s: float,
 ) -> dict[str, Any]:
-    """Return the group's JSON summary; axes as in :func:`contrast_summary`."""
+    """Return the group's JSON summary; axes as in :func:`contrast_summary`, ``gap_s`` the shortest between onsets."""
     contrasts: dict[str, dict[str, Any]] = {}
     for one in tested:
         contrasts.setdefault(one.scenario, {})[one.name] = contrast_summary(one, axes)
@@ -206,6 +214,7 @@ def group_summary(
         "correction": config.correction,
         "alpha": config.alpha,
         "contrasts": contrasts,
+        "shortest_gap_s": _jsonable(gap_s),
         "warnings": group_warnings(averages, tested, config),
     }
 
@@ -267,10 +276,10 @@ def contrast_summary(tested: GroupContrast, axes: Mapping[str, Iterable[Any]]) -
 
 def _peak(difference: NDArray[np.floating], axes: Mapping[str, Iterable[Any]]) -> tuple[dict[str, Any], Any]:
     """Return where a map is farthest from 0, as labels of its axes with the value there, and as an index."""
-    import numpy as np
+    from hrcneuro.eeg.evoked import farthest_from_zero
 
     labels = [list(values) for values in axes.values()]
-    at = np.unravel_index(int(np.argmax(np.abs(difference))), difference.shape)
+    at = farthest_from_zero(difference)
     place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
     return place | {"difference_uv": float(difference[at])}, at
 

@@ -16,14 +16,19 @@ def subject(summary: Summary, every: bool) -> list[str]:
     for scenario in _chosen(trials, every):
         name = "" if list(trials) == [ALL] else f", {scenario}"
         found.append(f"trials by condition{name}: {counts(trials[scenario])}")
-    rows = [(scenario, name, _peak(one["peak"])) for scenario, name, one in _contrasts(summary, every)]
+    gap_s = summary.get("shortest_gap_s")
+    rows = [
+        (scenario, name, _peak(one["peak"]) + when(one["peak"]["time_s"], gap_s))
+        for scenario, name, one in _contrasts(summary, every)
+    ]
     return [*found, *(["largest difference, of one subject, so not tested:", *indented(rows)] if rows else [])]
 
 
 def group(summary: Summary, every: bool) -> list[str]:
     """Return where each difference over subjects is largest, how sure it is, and which are significant anywhere."""
     contrasts = cells(summary["contrasts"])
-    rows = [(scenario, name, _tested(one)) for scenario, name, one in _contrasts(summary, every)]
+    gap_s = summary.get("shortest_gap_s")
+    rows = [(scenario, name, _tested(one, gap_s)) for scenario, name, one in _contrasts(summary, every)]
     sure = [f"{scenario} {name}" for scenario, name, one in contrasts if one["significant"]]
     tested = sum(one["p_min"] is not None for _, _, one in contrasts)
     return [
@@ -44,8 +49,15 @@ def _contrasts(summary: Summary, every: bool) -> list[tuple[str, str, Summary]]:
     return cells({scenario: of[scenario] for scenario in _chosen(of, every)})
 
 
-def _tested(one: Summary) -> str:
-    peak, text = one["peak"], _peak(one["peak"])
+def when(time_s: float, gap_s: float | None) -> str:
+    """Return what is said of a time before the onset, or after the shortest gap to the next one; empty of others."""
+    if time_s < 0:
+        return ", before the onset"
+    return f", after the earliest next onset ({number(1000 * gap_s, 0)} ms)" if gap_s and time_s > gap_s else ""
+
+
+def _tested(one: Summary, gap_s: float | None) -> str:
+    peak, text = one["peak"], _peak(one["peak"]) + when(one["peak"]["time_s"], gap_s)
     if one["p_min"] is None:
         return f"{text}; not tested, n = {one['n']}"
     text += f"; t = {number(peak['t'], 2)}, {p_value(peak['p'])}, n = {one['n']}"

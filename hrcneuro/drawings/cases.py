@@ -79,7 +79,8 @@ def _tests(config: Any, panels: list[CasePanel]) -> str:
 
 
 _SIGNIFICANT = (
-    "Above: maps of the difference, white: significant electrodes. Middle: one channel, mean ± standard error over "
+    "Above: maps of the difference at the dotted times, the one with a channel's name at the largest of all channels "
+    "and times; white: significant electrodes. Middle: one channel, mean ± standard error over "
     "subjects, takeover in colour, continuation in grey, grey spans significant. Below: the significant difference of "
     "wavelet magnitudes that is largest over the channels. Hatched: the next onset may fall here, so that its response "
     "may be mixed in. The figure's foot names the tests; the paper's own (its S2) is not at hand"

@@ -37,11 +37,11 @@ DRAWINGS = Drawings(
                 "Is it the takeover that is decoded, or the error and the turn that go with it? Balanced accuracy of "
                 "held-out trials: mean and 95 % interval over subjects, dots are subjects, triangles the smallest "
                 "mean that a one-sided t test finds with 80 % power; at the right trials a class and subject. "
-                "Magenta: decoders trained on all trials, scored within a stratum. After an error and after none, "
-                "anticipation keeps its level (a response to turns does so, too) and a response to errors falls to 50"
-                " %; before a turn, a response to turns falls to 50 %, one to errors need not. Blue: trained on "
-                "trials after no error alone, and scored on them; with fewer trials to learn from, accuracy is lost "
-                "whatever is decoded. Brown: rules that never look at EEG",
+                "Trained on all, scored within: decoders of all trials, on those of a stratum alone. After an error "
+                "and after none, anticipation keeps its level (a response to turns does so, too) and a response to "
+                "errors falls to 50 %; before a turn, a response to turns falls to 50 %, one to errors need not. "
+                "Trained and scored within, where there are trials enough: with fewer to learn from, accuracy is lost "
+                "whatever is decoded. A rule without EEG: from the previous error, or the turn ahead, alone",
                 "Confound panel",
             )
         },

@@ -21,7 +21,9 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
     waves, options = read_waveforms(files.path("erp", "waveforms.parquet")), config.erp
     channel, missing = notes.shown_channel(options.channel, waves.channels)
     row = waves.channels.index(channel)
-    shown = erp_panels.PanelSettings(waves.times, row, waves.gap_s, options.map_times_s, options.confidence)
+    shown = erp_panels.PanelSettings(
+        waves.channels, waves.times, row, waves.gap_s, options.map_times_s, options.confidence
+    )
     panels = erp_panels.of_subject(waves.counts, waves.means, waves.errors, options.contrasts, shown)
     bands = notes.bands(" over trials", options.confidence, **figures.bands(panels))
     if options.overlap == "regress":
@@ -108,7 +110,9 @@ def _draw(
     waves = read_contrast_waves(table, channel)
     contrasts = [erp_panels.GroupPanel(*key, *tested.conditions[key], tested.maps[key], waves[key]) for key in keys]
     row = first.channels.index(channel)
-    shown = erp_panels.PanelSettings(first.times, row, tested.gap_s, options.map_times_s, options.confidence)
+    shown = erp_panels.PanelSettings(
+        first.channels, first.times, row, tested.gap_s, options.map_times_s, options.confidence
+    )
     found = any(tested.maps[key].any for key in keys)
     test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects, found=found)
     panels = erp_panels.of_group(contrasts, shown)
@@ -127,18 +131,24 @@ def _draw(
 _IMAGES = 4  # panels of the ERP image
 _SHOWN = ("erp.channel", "erp.map_times_s", "erp.confidence")
 
+_MAPS_AT = (
+    "Dotted: the times of the maps. The map with a channel's name is at the largest value of all channels and times; "
+    "it may lie before the onset, or in the hatched span, where responses to the next onset are mixed in"
+)
+
 DRAWINGS = Drawings(
     name="erp",
     libraries=("matplotlib", "numpy", "scipy", "pandas", "pyarrow"),
     subject=Drawing(
         captions={
             "erp_subject.png": Caption(
-                "One subject's potentials with standard errors over trials; their difference with its "
-                "confidence interval, and maps of it (of the potential itself where the study has no contrast)"
+                "One subject's potentials with standard errors over trials; their difference with its confidence "
+                "interval, and maps of it (of the potential itself where a panel shows one condition, thin grey lines: "
+                f"all channels). {_MAPS_AT}"
             ),
             "erp_image.png": Caption(
                 "Single trials of both conditions of a contrast at one channel, in the order of the time to the next "
-                "onset: what follows the black line is the response to that"
+                "onset, where that is known; a black line is the next onset: what follows is the response to that"
             ),
         },
         reads=(
@@ -153,7 +163,7 @@ DRAWINGS = Drawings(
             "erp.png": Caption(
                 "Grand averages of each contrast, its first condition in colour, its second in grey, with standard "
                 "errors over subjects; below them the mean difference with its confidence interval, above them maps "
-                "of it; grey spans and white electrodes: significant (as in the paper's Fig 2)",
+                f"of it; grey spans and white electrodes: significant (as in the paper's Fig 2). {_MAPS_AT}",
                 "ERP of all contrasts",
             ),
             "erp_scenarios.png": Caption(

@@ -20,8 +20,8 @@ def draw_subject(config: Any, files: Inputs, out: Path) -> dict[str, Any]:
 
     subject = read_magnitudes(files.path("ersp", "ersp.parquet"))
     channels, missing = notes.shown_channels(config.ersp.channels, subject.axes["channel"])
-    shown = figures.MapSettings(channels, subject.axes["frequency_hz"], subject.axes["times"], subject.gap_s)
-    rows, unit = figures.of_subject(subject.on_channels(channels), config.ersp.contrasts)
+    shown = figures.MapSettings(subject.axes["frequency_hz"], subject.axes["times"], subject.gap_s)
+    rows, unit = figures.of_subject(subject.maps, config.ersp.contrasts, subject.axes["channel"], channels)
     what = "differences of mean magnitudes" if unit == "µV" else "mean magnitude over its mean in time"
     note = "; ".join([files.unit, what, *missing])
     figures.draw(rows, shown, out / "ersp_subject.png", unit=unit, note=note)
@@ -48,9 +48,9 @@ def _draw(config: Any, tested: GroupMaps, keys: Sequence[tuple[str, str]], pictu
         return []
     first, options = tested.maps[keys[0]], config.ersp
     channels, missing = notes.shown_channels(options.channels, first.channels)
-    shown = figures.MapSettings(channels, first.frequencies, first.times, tested.gap_s)
-    rows = figures.of_group({key: tested.maps[key].of_channels(channels) for key in keys})
-    found = any(tested.maps[key].of_channels(channels).any for key in keys)
+    shown = figures.MapSettings(first.frequencies, first.times, tested.gap_s)
+    rows = figures.of_group({key: tested.maps[key] for key in keys}, channels)
+    found = any(row.significant is not None and row.significant.any() for row in rows)
     test = notes.named_test(options.correction, options.alpha, subjects=tested.subjects, found=found)
     if found:
         test = f"outlined, in full colour: {test}"
@@ -64,8 +64,10 @@ DRAWINGS = Drawings(
     subject=Drawing(
         captions={
             "ersp_subject.png": Caption(
-                "One subject's difference of mean magnitudes (of the magnitude itself, over its mean "
-                "in time, where the study has no contrast)"
+                "One subject's difference of mean magnitudes at some channels, and at the one of the largest "
+                "difference, which a cross marks; it may lie before the onset, or in the hatched span, where "
+                "responses to the next onset are mixed in (without a contrast: the magnitude itself, over its mean "
+                "in time)"
             )
         },
         reads=(Read("ersp", ("ersp.parquet",)),),
@@ -75,7 +77,9 @@ DRAWINGS = Drawings(
     group=Drawing(
         captions={
             "ersp.png": Caption(
-                "Differences of mean magnitudes over subjects; full colour where significant (as in the paper's Fig 2)",
+                "Differences of mean magnitudes over subjects; full colour where significant (as in the paper's Fig "
+                "2). A cross marks the largest of all channels; it may lie before the onset, or in the hatched span, "
+                "where responses to the next onset are mixed in",
                 "ERSP of all contrasts",
             ),
             "ersp_scenarios.png": Caption(

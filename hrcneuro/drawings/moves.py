@@ -30,8 +30,8 @@ DRAWINGS = Drawings(
         captions={
             "moves.png": Caption(
                 "Time from onset to onset; distance of the tip from the reference, a line a subject (dashed: the "
-                "radius in which the next move is taken); arrival in that radius as a share of t_f; delay from "
-                "marker to motion",
+                "radius in which the next move is taken); arrival in that radius as a share of the move's duration; "
+                "delay from marker to motion",
                 "Moves of all subjects",
             )
         },

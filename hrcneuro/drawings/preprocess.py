@@ -33,7 +33,7 @@ DRAWINGS = Drawings(
                 "criterion of PREP a channel is noisy all the time"
             ),
             "spectrum.png": Caption(
-                "Power spectrum of every channel as recorded and clean, thick: the median over channels; a channel "
+                "Power spectrum as recorded and clean: thin, every channel, thick, the median over channels; a channel "
                 "far above it is named"
             ),
         },

@@ -56,7 +56,8 @@ DRAWINGS = Drawings(
                 "Fig 4",
             ),
             "learners.png": Caption(
-                "Other learners on the same draws: curves, and paired differences from Eq 3-6 with 95 % intervals",
+                "Other learners on the same draws: curves, and paired differences from Eq 3–6 with 95 % intervals (n: "
+                "subtasks, m: those of them that are the human's)",
                 "Learners compared",
             ),
             "confound.png": Caption(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -118,6 +120,11 @@ def within(times: Floats, start: float, stop: float) -> NDArray[np.bool_]:
     slack = 1e-6
     inside: NDArray[np.bool_] = (times >= start - slack) & (times <= stop + slack)
     return inside
+
+
+def farthest_from_zero(values: NDArray[np.floating[Any]]) -> tuple[int, ...]:
+    """Return the index of the value that is largest without its sign; of equals, of the first."""
+    return tuple(int(i) for i in np.unravel_index(int(np.argmax(np.abs(values))), values.shape))
 
 
 def peak_times(strength: Floats, times: Floats, *, start: float, stop: float, count: int, apart: float) -> list[float]:

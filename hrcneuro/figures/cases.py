@@ -12,14 +12,26 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.evoked import farthest_from_zero
 from hrcneuro.eeg.significance import ContrastWaves, SignificanceMap
 from hrcneuro.eeg.spans import spans
-from hrcneuro.figures.style import COLOURS, CONTINUATION, GREY, STYLE, legend_below, shade_gap
-from hrcneuro.figures.topomap import Scalp, Topography
+from hrcneuro.figures.style import (
+    COLOURS,
+    CONTINUATION,
+    GREY,
+    STYLE,
+    foot_height,
+    foot_lines,
+    legend_below,
+    shade_gap,
+    write_foot,
+)
+from hrcneuro.figures.topomap import Scalp, Topography, peak_title
 
 _TITLES = {"HR": "robot takes over from human", "RH": "human takes over from robot"}
 _HUES = {"HR": COLOURS[0], "RH": COLOURS[1]}
-# Where the responses of this paradigm lie; the nearest gives way to where most electrodes are significant.
+# Where the responses of this paradigm lie; the nearest give way to the largest difference, and to where most electrodes
+# are significant.
 _MAP_TIMES_S = (0.1, 0.3, 0.5, 0.7)
 _WIDTH, _HEIGHT = 4.7, 4.5  # inches a panel
 _HEAD, _FOOT = 0.5, 0.85  # inches above and below all panels
@@ -71,11 +83,14 @@ def compose(
     limit = max(float(np.quantile(np.abs(panel.potentials.difference), 0.998)) for panel in panels)
     scalp = Scalp.of(positions)
     rows = -(-len(panels) // 2)
-    high = rows * _HEIGHT + _FOOT - 0.17
+    lines = foot_lines(note, 2 * _WIDTH)
+    more = foot_height(lines)
+    foot = _FOOT + more
+    high = rows * _HEIGHT + foot - 0.17
     with rc_context(STYLE):
         figure = Figure(figsize=(2 * _WIDTH, high))
         grid = figure.add_gridspec(
-            rows, 2, left=0.07, right=0.955, top=1 - _HEAD / high, bottom=_FOOT / high, wspace=0.2, hspace=0.32
+            rows, 2, left=0.07, right=0.955, top=1 - _HEAD / high, bottom=foot / high, wspace=0.2, hspace=0.32
         )
         waves = []
         for i, panel in enumerate(panels):
@@ -100,8 +115,8 @@ def compose(
         patches = [Patch(facecolor="0.82", label="significant difference")]
         marked = any(panel.potentials.within((channel,)).any for panel in panels)
         last = max(float(panel.potentials.times[-1]) for panel in panels)
-        legend_below(figure, patches if marked else [], gap_s, last)
-        figure.text(0.1 / (2 * _WIDTH), 0.06 / high, note, fontsize=6.5, color=GREY, va="bottom")
+        legend_below(figure, patches if marked else [], gap_s, last, above=more)
+        write_foot(figure, lines)
         low, top = min(a.get_ylim()[0] for a in waves), max(a.get_ylim()[1] for a in waves)
         for axes in waves:
             axes.set_ylim(low, top)
@@ -109,20 +124,25 @@ def compose(
 
 
 def map_times(tested: SignificanceMap) -> list[float]:
-    """Return the times of the maps, s, one of them where most electrodes are significant, or the difference largest."""
+    """Return the times of the maps, s: two of them where most electrodes are significant, and at the largest value."""
     times = [t for t in _MAP_TIMES_S if tested.times[0] <= t <= tested.times[-1]]
-    if times:
-        later = tested.times >= 0
-        count = tested.significant.sum(axis=0) if tested.any else np.where(later, tested.difference.std(axis=0), -1)
+    musts = [float(tested.times[farthest_from_zero(tested.difference)[1]])]
+    if tested.any:
+        count = tested.significant.sum(axis=0)
         # The middle of the longest plateau, not its first sample.
-        best = float(np.median(tested.times[count == count.max()]))
-        times[int(np.argmin(np.abs(np.array(times) - best)))] = best
-    return sorted(times)
+        musts.append(float(np.median(tested.times[count == count.max()])))
+    for i, must in enumerate(musts):
+        free = [t for t in times if t not in musts[:i]]
+        if free:
+            times[times.index(min(free, key=lambda t: abs(t - must)))] = must
+    return sorted(set(times))
 
 
 def _topography(tested: SignificanceMap, time: float) -> Topography:
     at = int(np.argmin(np.abs(tested.times - time)))
-    return Topography(time, tested.difference[:, at], tested.significant[:, at])
+    row, peak = farthest_from_zero(tested.difference)
+    title = peak_title(time, tested.channels[row]) if at == peak else ""
+    return Topography(time, tested.difference[:, at], tested.significant[:, at], title)
 
 
 def _draw_waves(axes: Axes, panel: CasePanel, times: Sequence[float], channel: str) -> None:

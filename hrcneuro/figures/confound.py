@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from hrcneuro.figures import intervals
 from hrcneuro.figures.style import GREY, STYLE, save
 
 _PLAIN, _STRATUM, _RETRAINED, _FREE = "#222222", "#b0246a", "#2166ac", "#b36b00"
@@ -60,24 +61,29 @@ def figure(scores: pd.DataFrame, table2: pd.DataFrame, strata: pd.DataFrame | No
     tall = 0.55 + 0.24 * (1 - min(rows.values()))
     figure = Figure(figsize=(1.3 + 2.0 * columns, lines * tall + 0.8), layout="constrained")
     axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
+    drawn: list[Any] = [scores[list(rows)].to_numpy(float).ravel()]
+    cut = False
     for axis, (key, part) in zip(axes.flat, panels, strict=False):
         place = dict(zip(("scenario", "problem", "decoder"), key, strict=True))
         sizes = None if strata is None else _at(strata, place)
-        _panel(axis, part, _at(table2, place).set_index("measure"), sizes, rows)
+        group = _at(table2, place).set_index("measure").loc[list(rows)]
+        drawn += [intervals.ends(row["mean"], row["half_width"]) for _, row in group.iterrows()]
+        drawn += [group["detectable"].to_numpy(float).clip(intervals.LOW, intervals.HIGH)]
+        cut |= _panel(axis, part, group, sizes, rows)
         scenario = "" if place["scenario"] == "all" else f"{place['scenario']}: "
         axis.set_title(f"{scenario}{place['problem']}, n = {len(part)}")
     for axis in axes.flat[len(panels) :]:
         axis.set_axis_off()
     for axis in axes[-1]:
         axis.set_xlabel("balanced accuracy (%)")
-    values = scores[list(rows)].to_numpy(float)
-    axes[0, 0].set_xlim(min(40.0, np.nanquantile(values, 0.01)) - 1, max(70.0, np.nanmax(values)) + 3)
+    values = np.concatenate(drawn)
+    axes[0, 0].set_xlim(intervals.limits(float(np.nanmin(values)), float(np.nanmax(values)), at_least=(40.0, 70.0)))
     axes[0, 0].set_yticks(list(rows.values()), [ROWS[name][0] for name in rows])
     for axis in axes[:, 0]:
         for label, name in zip(axis.get_yticklabels(), rows, strict=True):
             label.set_color(ROWS[name][1])
     axes[0, 0].set_ylim(min(rows.values()) - 0.6, 0.6)
-    _legend(figure, list(dict.fromkeys(ROWS[name][1] for name in rows)))
+    _legend(figure, list(dict.fromkeys(ROWS[name][1] for name in rows)), columns, cut=cut)
     return figure
 
 
@@ -91,14 +97,15 @@ def places(names: Sequence[str]) -> dict[str, float]:
     return rows
 
 
-def _legend(figure: Figure, shown: Sequence[str]) -> None:
+def _legend(figure: Figure, shown: Sequence[str], columns: int, *, cut: bool) -> None:
     handles = [Line2D([], [], color=colour, marker="D", ms=4, lw=2, label=_KINDS[colour]) for colour in shown]
     grey: Any = {"color": GREY, "ls": "none", "mew": 0}
     handles += [
         Line2D([], [], marker="o", ms=3, label="a subject", **grey),
         Line2D([], [], marker="^", ms=4, label="smallest mean found with 80 % power", **grey),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=6.5, handlelength=1.8)
+    handles += [intervals.key()] if cut else []
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=6.5, handlelength=1.8)
 
 
 def _at(table: pd.DataFrame, place: Mapping[str, Any]) -> pd.DataFrame:
@@ -106,7 +113,9 @@ def _at(table: pd.DataFrame, place: Mapping[str, Any]) -> pd.DataFrame:
     return table[np.logical_and.reduce([table[column] == value for column, value in place.items()])]
 
 
-def _panel(axis: Axes, part: pd.DataFrame, group: Any, sizes: pd.DataFrame | None, rows: Mapping[str, float]) -> None:
+def _panel(axis: Axes, part: pd.DataFrame, group: Any, sizes: pd.DataFrame | None, rows: Mapping[str, float]) -> bool:
+    """Draw a panel; return whether an interval goes on beyond what is drawn."""
+    cut = False
     axis.axvline(50, color=GREY, lw=0.8)
     axis.tick_params(axis="y", length=0)
     for column, height in rows.items():
@@ -117,17 +126,16 @@ def _panel(axis: Axes, part: pd.DataFrame, group: Any, sizes: pd.DataFrame | Non
         if 2 * len(values) < len(part):
             axis.text(50.6, height, "too few trials", fontsize=6.5, color=GREY, va="center")
             continue
-        axis.plot(values, np.full(len(values), height), "o", ms=2.5, color=colour, alpha=0.3, mew=0)
         mean, half = (float(group.loc[column, name]) for name in ("mean", "half_width"))
-        if np.isfinite(half):
-            axis.plot([mean - half, mean + half], [height, height], color=colour, lw=2)
-        axis.plot(mean, height, "D", ms=5, color=colour)
+        cut |= intervals.draw(axis, mean, half, height, colour)
+        # Above the bar, which would hide them.
+        axis.plot(values, np.full(len(values), height + 0.27), "o", ms=2.5, color=colour, alpha=0.6, mew=0)
         if colour != _FREE:
             axis.plot(group.loc[column, "detectable"], height - 0.32, "^", ms=3.2, color=GREY, mew=0)
         if stratum and sizes is not None:
             own = sizes[(sizes["cue"] == stratum[0]) & (sizes["value"].astype(bool) == stratum[1])]
             axis.text(
-                0.99, height, f"{own['n1'].mean():.0f} : {own['n2'].mean():.0f}",
-                transform=axis.get_yaxis_transform(), ha="right", va="center", fontsize=6, color=GREY,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+                1.02, height, f"{own['n1'].mean():.0f} : {own['n2'].mean():.0f}",
+                transform=axis.get_yaxis_transform(), va="center", fontsize=6, color=GREY,
             )  # fmt: skip
+    return cut

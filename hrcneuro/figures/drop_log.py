@@ -37,7 +37,8 @@ def draw(log: pd.DataFrame, conditions: pd.DataFrame, limit_uv: float, path: Pat
         lower = figure.add_axes((bars_left, 0.75 / height, right - bars_left, low / height))
         _amplitudes(upper, log, limit_uv)
         _conditions(lower, rows)
-        handles = dict(zip(*reversed(lower.get_legend_handles_labels()), strict=True))
+        dots, bars = (dict(zip(*reversed(one.get_legend_handles_labels()), strict=True)) for one in (upper, lower))
+        handles = dots | bars
         # Of rejections that no condition counts (a study's other moves) the upper panel tells.
         figure.legend(
             handles.values(), handles, loc="lower left", ncols=4, fontsize=7, borderaxespad=0.3, handlelength=1,
@@ -50,7 +51,7 @@ def _amplitudes(axes: Axes, log: pd.DataFrame, limit_uv: float) -> None:
     placed = log[log["onset_s"].notna() & (log["peak_uv"] > 0)]
     minutes = placed["onset_s"].to_numpy(float) / 60
     peaks, rejected = placed["peak_uv"].to_numpy(float), placed["reason"].notna().to_numpy()
-    axes.plot(minutes[~rejected], peaks[~rejected], "o", ms=1.8, mew=0, color=BLUE, alpha=0.6)
+    axes.plot(minutes[~rejected], peaks[~rejected], "o", ms=1.8, mew=0, color=BLUE, alpha=0.6, label="an epoch")
     for reason, colour in _COLOURS.items():
         own = (placed["reason"] == reason).to_numpy(bool)
         axes.plot(minutes[own], peaks[own], "x", ms=4, mew=1, color=colour)

@@ -16,7 +16,16 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hrcneuro.eeg.spans import spans
-from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
+from hrcneuro.figures.style import (
+    GREY,
+    STYLE,
+    foot_height,
+    foot_lines,
+    legend_below,
+    save,
+    shade_gap,
+    write_foot,
+)
 from hrcneuro.figures.topomap import Scalp, Topography
 
 Floats = NDArray[np.float64]
@@ -26,6 +35,7 @@ _BELOW = 0.75  # inches more where panels have a difference
 _BETWEEN = 0.9  # inches between rows: the times below one, the title of the next
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _MAPS = 4
+_WIDEST = 2.5  # times the largest difference: as far as its interval is drawn
 
 
 @dataclass(frozen=True)
@@ -95,7 +105,11 @@ def draw(
         # Without maps there are no lines at their times either.
         panels = [replace(panel, maps=()) for panel in panels]
     limit = _limit([m for p in panels for m in p.maps])
-    width, height = _WIDTH * columns + 0.3, (_HEIGHT + below) * rows + _FOOT
+    width = _WIDTH * columns + 0.3
+    lines = foot_lines("; ".join([note, *_marks(panels)]), width)
+    more = foot_height(lines)
+    foot = _FOOT + more
+    height = (_HEIGHT + below) * rows + foot
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height))
         grid = figure.add_gridspec(
@@ -104,9 +118,9 @@ def draw(
             left=0.6 / width,
             right=1 - 0.4 / width,
             top=1 - 0.45 / height,
-            bottom=(_FOOT + 0.1) / height,
+            bottom=(foot + 0.1) / height,
             wspace=0.24,
-            hspace=rows * _BETWEEN / (height - _FOOT - 0.55 - (rows - 1) * _BETWEEN),
+            hspace=rows * _BETWEEN / (height - foot - 0.55 - (rows - 1) * _BETWEEN),
         )
         for i, panel in enumerate(panels):
             cell = grid[i // columns, i % columns]
@@ -127,8 +141,8 @@ def draw(
             left, top = place.x0 - 0.45 / width, place.y1 + 0.38 / height
             figure.text(left, top, _LETTERS[i % len(_LETTERS)], fontsize=11, fontweight="bold", va="top")
             figure.text(left + 0.22 / width, top - 0.02 / height, panel.title, fontsize=9, va="top")
-        _legend(figure, panels, gap_s, times[-1])
-        figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
+        _legend(figure, panels, gap_s, times[-1], more)
+        write_foot(figure, lines)
         save(figure, path)
 
 
@@ -144,7 +158,7 @@ def _plots(
     if panel.difference:
         axes.append(figure.add_subplot(inner[2]))
         _waveforms(axes[1], panel, [panel.difference], times, gap_s)
-        axes[1].set_ylim(_range([p.difference for p in panels if p.difference]))
+        axes[1].set_ylim(_difference_range([p.difference for p in panels if p.difference]))
         axes[1].yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
         axes[0].tick_params(labelbottom=False)
     return axes
@@ -171,25 +185,49 @@ def _waveforms(axes: Axes, panel: Panel, traces: Sequence[Trace], times: Floats,
     axes.set_xlim(ms[0], ms[-1])
 
 
-def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float, stop_s: float) -> None:
+def _legend(figure: Figure, panels: Sequence[Panel], gap_s: float, stop_s: float, above: float) -> None:
     patches = []
     if any(p.significant is not None and p.significant.any() for p in panels):
         patches.append(Patch(facecolor="0.82", label="significant difference"))
-    legend_below(figure, patches, gap_s, stop_s)
+    legend_below(figure, patches, gap_s, stop_s, above=above)
+
+
+def _marks(panels: Sequence[Panel]) -> list[str]:
+    """Return sentences on what is drawn and named in no legend."""
+    marks = ["dotted: times of the maps"] if any(panel.maps for panel in panels) else []
+    if any(one.title for panel in panels for one in panel.maps):
+        marks.append("map with a channel's name: largest of all channels and times")
+    return marks + (["thin grey: all channels"] if any(panel.background is not None for panel in panels) else [])
 
 
 def bands(panels: Sequence[Panel]) -> dict[str, bool]:
-    """Return whether there is a band around any of the ``waves``, and around any ``difference``."""
+    """Return whether any of the ``waves`` has a band, and any ``difference``, and whether one of those is ``cut``."""
     waves = [trace for panel in panels for trace in panel.traces]
     differences = [panel.difference for panel in panels if panel.difference]
     kinds = (("waves", waves), ("difference", differences))
-    return {kind: any(np.isfinite(trace.error).any() for trace in traces) for kind, traces in kinds}
+    drawn = {kind: any(np.isfinite(trace.error).any() for trace in traces) for kind, traces in kinds}
+    return drawn | {"cut": bool(differences) and _widest(differences) > _most(differences)}
 
 
 def _limit(maps: Sequence[Topography]) -> float:
     # One strong electrode should not bleach all maps.
     largest = max((float(np.quantile(np.abs(m.values), 0.98)) for m in maps), default=0.0)
     return largest or 1.0
+
+
+def _most(differences: Sequence[Trace]) -> float:
+    """Return how far from 0 intervals are drawn: of two subjects they would make all differences a flat line."""
+    return _WIDEST * max(float(np.abs(one.mean).max()) for one in differences)
+
+
+def _widest(differences: Sequence[Trace]) -> float:
+    return max(float((np.abs(one.mean) + np.nan_to_num(one.error)).max()) for one in differences)
+
+
+def _difference_range(differences: Sequence[Trace]) -> tuple[float, float]:
+    low, high = _range(differences)
+    most = _most(differences) or high
+    return max(low, -most), min(high, most)
 
 
 def _range(

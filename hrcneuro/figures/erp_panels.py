@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcneuro.eeg.evoked import difference_interval, half_interval, peak_times
+from hrcneuro.eeg.evoked import difference_interval, farthest_from_zero, half_interval, peak_times
 from hrcneuro.eeg.significance import ContrastWaves, SignificanceMap
 from hrcneuro.figures.erp import Panel, Trace
 from hrcneuro.figures.notes import contrast_title
 from hrcneuro.figures.style import CONTINUATION, INK, colours
-from hrcneuro.figures.topomap import Topography
+from hrcneuro.figures.topomap import Topography, peak_title
 
 Floats = NDArray[np.float64]
 
@@ -29,13 +29,15 @@ class PanelSettings:
     """What all panels share.
 
     Attributes:
+        channels: Their names.
         times: Time of each sample, ndarray, shape (n_times,), s.
         row: The place of the waveforms' channel.
         gap_s: The shortest time to the next onset, s; NaN if unknown.
-        map_times_s: Times of the maps, s; empty for the most pronounced.
+        map_times_s: Times of the maps, s; empty for the largest value and the most pronounced maps.
         confidence: Level of the differences' intervals.
     """
 
+    channels: Sequence[str]
     times: Floats
     row: int
     gap_s: float
@@ -133,36 +135,43 @@ def of_group(contrasts: Sequence[GroupPanel], shown: PanelSettings) -> list[Pane
 def _maps(
     values: Floats, significant: NDArray[np.bool_] | None, shown: PanelSettings, stop_s: float
 ) -> list[Topography]:
-    """Return maps at the wanted times, else where the map is most pronounced: anywhere, then up to ``stop_s``."""
+    """Return maps at the wanted times, else at the largest value and where maps are most pronounced.
+
+    The largest value and the two most pronounced maps may lie anywhere, the others up to ``stop_s``.
+    """
     times, wanted = shown.times, shown.map_times_s
+    row, peak = farthest_from_zero(values)
     if not wanted:
         strength = values.std(axis=0)
         if significant is not None and significant.any():
             # Where something is significant, show that; the factor only sets it above all else.
             strength = strength * (1 + 1000 * significant.sum(axis=0))
-        wanted = _most_pronounced(
-            strength, values[shown.row], times, float(stop_s) if np.isfinite(stop_s) else float(times[-1])
-        )
+        stop = float(stop_s) if np.isfinite(stop_s) else float(times[-1])
+        wanted = _most_pronounced(float(times[peak]), strength, values[shown.row], times, stop)
     samples = [int(np.argmin(np.abs(times - t))) for t in wanted]
+    marks = [None if significant is None else significant[:, i] for i in samples]
+    titles = [peak_title(times[i], shown.channels[row]) if i == peak else "" for i in samples]
     return [
-        Topography(float(times[i]), values[:, i], None if significant is None else significant[:, i]) for i in samples
+        Topography(float(times[i]), values[:, i], marked, title)
+        for i, marked, title in zip(samples, marks, titles, strict=True)
     ]
 
 
-def _most_pronounced(strength: Floats, wave: Floats, times: Floats, stop: float) -> list[float]:
-    """Return when a map is strongest and the shown wave largest, wherever that is, and others up to ``stop``, s.
+def _most_pronounced(first: float, strength: Floats, wave: Floats, times: Floats, stop: float) -> list[float]:
+    """Return a first time, when a map is strongest and the shown wave largest, and others up to ``stop``, s.
 
     Args:
+        first: Where it must not miss, s.
         strength: Of the map, ndarray, shape (n_times,).
         wave: The shown channel's, ndarray, shape (n_times,), µV.
         times: ndarray, shape (n_times,), s.
         stop: Where responses begin to overlap, s.
     """
-    chosen: list[float] = []
+    chosen = [first]
     for values in (strength, np.abs(wave)):
         (peak,) = peak_times(values, times, start=0.0, stop=float(times[-1]), count=1, apart=_APART_S)
         chosen += [peak] if all(abs(peak - other) >= _APART_S for other in chosen) else []
-    for count in range(_MAPS, 0, -1):
+    for count in range(2 * _MAPS, 0, -1):
         others = peak_times(strength, times, start=0.0, stop=stop, count=count, apart=_APART_S)
         free = [t for t in others if all(abs(t - one) >= _APART_S for one in chosen)]
         if len(chosen) + len(free) <= _MAPS:

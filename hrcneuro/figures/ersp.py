@@ -14,16 +14,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.evoked import farthest_from_zero
 from hrcneuro.eeg.selection import ALL
 from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.figures.notes import contrast_title
-from hrcneuro.figures.style import GREY, STYLE, legend_below, save, shade_gap
+from hrcneuro.figures.style import STYLE, foot_height, foot_lines, legend_below, save, shade_gap, write_foot
 
 Maps = NDArray[np.floating]
 Floats = NDArray[np.float64]
 Key = tuple[str, str]
 """Scenario, and condition or contrast."""
 
+# So many maps in a row are narrower.
+_MANY = 5
 # How much of the colour is left where a difference is not significant.
 _FADED = 0.55
 
@@ -34,13 +37,23 @@ class MapRow:
 
     Attributes:
         title: Above the first.
+        channels: Their names, above each.
         values: ndarray, shape (n_channels, n_frequencies, n_times).
         significant: The same shape; None without a test.
+        peak: The index of the largest value of all channels, which is marked; None for no mark.
     """
 
     title: str
+    channels: Sequence[str]
     values: Maps
     significant: NDArray[np.bool_] | None = None
+    peak: tuple[int, ...] | None = None
+
+    def of_channels(self, names: Sequence[str]) -> MapRow:
+        """Return the maps of these channels, in this order, each named once."""
+        rows = [self.channels.index(name) for name in names]
+        significant = None if self.significant is None else self.significant[rows]
+        return MapRow(self.title, names, self.values[rows], significant)
 
 
 @dataclass(frozen=True)
@@ -48,49 +61,65 @@ class MapSettings:
     """What all maps share.
 
     Attributes:
-        channels: Names of a row's maps.
         frequencies: ndarray, shape (n_frequencies,), Hz.
         times: ndarray, shape (n_times,), s.
         gap_s: The shortest time to the next onset, s; NaN if unknown.
     """
 
-    channels: Sequence[str]
     frequencies: Floats
     times: Floats
     gap_s: float
 
 
-def of_subject(maps: Mapping[Key, Maps], contrasts: Mapping[str, Sequence[str]]) -> tuple[list[MapRow], str]:
+def of_subject(
+    maps: Mapping[Key, Maps], contrasts: Mapping[str, Sequence[str]], names: Sequence[str], wanted: Sequence[str]
+) -> tuple[list[MapRow], str]:
     """Return the rows of one subject and their unit: differences, or, without a contrast, conditions.
 
     Args:
-        maps: (scenario, condition) -> the shown channels' maps, ndarray, shape (n_channels, n_frequencies, n_times).
+        maps: (scenario, condition) -> ndarray, shape (n_channels, n_frequencies, n_times).
         contrasts: Name -> [plus, minus], names of conditions.
+        names: Of the maps' channels.
+        wanted: Of those to show.
     """
     rows = [
-        MapRow(name, np.subtract(maps[ALL, plus], maps[ALL, minus], dtype=float))
+        MapRow(name, names, np.subtract(maps[ALL, plus], maps[ALL, minus], dtype=float))
         for name, (plus, minus) in contrasts.items()
         if (ALL, plus) in maps and (ALL, minus) in maps
     ]
     if rows:
-        return rows, "µV"
+        return _with_largest(rows, wanted), "µV"
     rows = [
-        MapRow(condition, 100 * (value / value.mean(axis=-1, keepdims=True, dtype=float) - 1))
+        MapRow(condition, names, 100 * (value / value.mean(axis=-1, keepdims=True, dtype=float) - 1))
         for (scenario, condition), value in maps.items()
         if scenario == ALL
     ]
-    return rows, "%"
+    return [row.of_channels(wanted) for row in rows], "%"
 
 
-def of_group(tested: Mapping[Key, SignificanceMap]) -> list[MapRow]:
-    """Return a row a tested contrast of the shown channels, each with its number of subjects."""
-    return [
+def of_group(tested: Mapping[Key, SignificanceMap], wanted: Sequence[str]) -> list[MapRow]:
+    """Return a row a tested contrast of the wanted channels, each with its number of subjects."""
+    rows = [
         MapRow(
             contrast_title(scenario, name, one.n),
+            one.channels,
             one.difference,
             one.significant if one.tested else None,
         )
         for (scenario, name), one in tested.items()
+    ]
+    return _with_largest(rows, wanted)
+
+
+def _with_largest(rows: Sequence[MapRow], wanted: Sequence[str]) -> list[MapRow]:
+    """Return the wanted channels of each row and, where one's largest value lies elsewhere, that value's channel."""
+    peaks = [farthest_from_zero(row.values) for row in rows]
+    largest = [row.channels[peak[0]] for row, peak in zip(rows, peaks, strict=True)]
+    more = not set(largest) <= set(wanted)
+    shown = [row.of_channels([*wanted, *([name] if more else [])]) for row, name in zip(rows, largest, strict=True)]
+    return [
+        replace(row, peak=(len(row.channels) - 1 if more else row.channels.index(name), *peak[1:]))
+        for row, name, peak in zip(shown, largest, peaks, strict=True)
     ]
 
 
@@ -108,11 +137,16 @@ def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, n
         # Nothing to set apart: full colour for all.
         rows = [replace(row, significant=None) for row in rows]
     limit = float(np.quantile(np.abs([row.values for row in rows]), 0.995)) or 1.0
-    count = len(shown.channels)
+    count = len(rows[0].channels)
     with rc_context(STYLE):
-        width, height = 2.1 * count + 1.5, 1.55 * len(rows) + 1.25
+        if any(row.peak for row in rows):
+            note += "; cross: the largest difference of all channels"
+        width = (2.1 if count < _MANY else 1.75) * count + 1.5
+        lines = foot_lines(note, width)
+        more = foot_height(lines)
+        height = 1.55 * len(rows) + 1.25 + more
         figure = Figure(figsize=(width, height))
-        left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.48 / height, 0.85 / height
+        left, right, top, bottom = 0.75 / width, 1 - 0.75 / width, 1 - 0.48 / height, (0.85 + more) / height
         between = 0.56 / height
         pitch = (top - bottom + between) / len(rows)
         strip = _Strip(np.asarray(shown.times) * 1000, np.asarray(shown.frequencies), count)
@@ -122,7 +156,8 @@ def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, n
             image = strip.draw(axes, row, limit)
             strip.shade(axes, shown.gap_s)
             axes.set_ylabel("frequency (Hz)")
-            strip.label(axes, shown.channels, times=i == len(rows) - 1)
+            strip.mark(axes, row.peak)
+            strip.label(axes, row.channels, times=i == len(rows) - 1)
             figure.text(left, lowest + pitch - between + 0.23 / height, row.title, fontsize=8.5)
         span = min(1.6 / height, 0.8)
         bar = figure.colorbar(image, cax=figure.add_axes((1 - 0.6 / width, 0.5 - span / 2, 0.1 / width, span)))
@@ -131,8 +166,8 @@ def draw(rows: Sequence[MapRow], shown: MapSettings, path: Path, *, unit: str, n
         if bar.solids is not None:
             bar.solids.set_alpha(1)
         bar.outline.set_linewidth(0.4)
-        figure.text(0.1 / width, 0.06 / height, note, fontsize=6.5, color=GREY, va="bottom")
-        legend_below(figure, [], shown.gap_s, float(shown.times[-1]))
+        write_foot(figure, lines)
+        legend_below(figure, [], shown.gap_s, float(shown.times[-1]), above=more)
         save(figure, path)
 
 
@@ -190,6 +225,13 @@ class _Strip:
         starts = self.pitch * np.arange(self.count)
         axes.vlines(starts, low, high, color="0.3", lw=0.6)
         shade_gap(axes, gap_s, float(self.times[-1]) / 1000, above=True, starts_ms=starts.tolist())
+
+    def mark(self, axes: Axes, peak: tuple[int, ...] | None) -> None:
+        """Put a cross on a bin, if wanted."""
+        if peak is not None:
+            at = self.pitch * peak[0] + self.times[peak[2]], self.frequencies[peak[1]]
+            axes.plot(*at, "x", color="k", ms=6, mew=2.2, clip_on=False)
+            axes.plot(*at, "x", color="w", ms=5, mew=1, clip_on=False)
 
     def label(self, axes: Axes, titles: Sequence[str], *, times: bool) -> None:
         """Write a title above each map, and, where wanted, times below it; draw the axes' lines below maps alone."""

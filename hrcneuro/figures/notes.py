@@ -23,10 +23,11 @@ def named_test(correction: str, alpha: float, *, subjects: int, found: bool = Tr
     return test if found else f"nothing shown is significant ({test})"
 
 
-def bands(over: str, confidence: float, *, waves: bool, difference: bool) -> list[str]:
+def bands(over: str, confidence: float, *, waves: bool, difference: bool, cut: bool = False) -> list[str]:
     """Return a sentence on the shades that are drawn around waveforms and around their difference; none of neither."""
     drawn = [f"standard error{over}"] if waves else []
-    drawn += [f"of the difference its {100 * confidence:g}% interval"] if difference else []
+    if difference:
+        drawn.append(f"of the difference its {100 * confidence:g}% interval{' (its ends cut)' if cut else ''}")
     return [f"bands: {', '.join(drawn)}"] if drawn else []
 
 

@@ -73,7 +73,8 @@ def _draw_kurtosis(
     axes.set_xlim(max(-limit, min(float(z.min()) * 1.3, -1.5 * threshold)), limit)
     axes.set_xticks([v for v in (-threshold, 0, threshold, 10, 100, 1000) if abs(v) <= limit])
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel(f"normalised kurtosis (SD), logarithmic beyond {2 * threshold:g}")
+    beyond = f", logarithmic beyond {2 * threshold:g}" if np.abs(z).max() > 2 * threshold else ""
+    axes.set_xlabel(f"normalised kurtosis (SD){beyond}")
     axes.set_title(f"{int(bad.sum())} bad, {int(channels['interpolated'].sum())} interpolated")
     for row, why in enumerate(channels["reason"]):
         if bad[row]:

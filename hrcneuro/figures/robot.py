@@ -139,16 +139,18 @@ def timing(telemetry: pd.DataFrame, moves: pd.DataFrame, distributions: pd.DataF
     panels, note = _timing_panels(telemetry, moves, distributions)
     if not panels:
         return
-    columns = min(2, len(panels))
+    columns = 3 if len(panels) % 3 == 0 else min(2, len(panels))
     rows = -(-len(panels) // columns)
     with rc_context(PLACED):
         figure = Figure(figsize=(0.4 + 2.5 * columns, 0.3 + 2.1 * rows))
-        axes = figure.subplots(rows, columns, squeeze=False)
-        for one, letter, (title, draw) in zip(axes.flat, "ABCDEF", panels, strict=False):
+        grid = figure.add_gridspec(rows, 2 * columns)
+        for i, (title, draw) in enumerate(panels):
+            # The last of an odd number is as wide as two: no place stays empty.
+            first = 2 * (i % columns)
+            stop = 2 * columns if i + 1 == len(panels) else first + 2
+            one = figure.add_subplot(grid[i // columns, first:stop])
             draw(one)
-            one.set_title(f"{letter}   {title}")
-        for one in axes.flat[len(panels) :]:
-            one.set_axis_off()
+            one.set_title(f"{'ABCDEF'[i]}   {title}")
         if note:
             figure.supxlabel(note, fontsize=6.5, color=GREY, x=0.01, ha="left")
         save(figure, path)

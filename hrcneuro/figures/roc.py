@@ -28,7 +28,8 @@ def draw(roc: pd.DataFrame, scores: pd.DataFrame, path: Path) -> None:
     decoders = list(dict.fromkeys(roc["decoder"]))
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
-    foot = 0.5 + _LINE * (1 + -(-(len(decoders) + 2) // 3))
+    beside = 3 if columns > 1 else 2  # texts of the legend
+    foot = 0.5 + _LINE * (1 + -(-(len(decoders) + 2) // beside))
     width = _LEFT + columns * _PANEL + (columns - 1) * _APART + _RIGHT
     height = _TOP + rows * _PANEL + (rows - 1) * _BETWEEN + foot
     with rc_context(STYLE):
@@ -43,21 +44,23 @@ def draw(roc: pd.DataFrame, scores: pd.DataFrame, path: Path) -> None:
             axes.set_xlabel("false positive rate (%)" if k + columns >= len(panels) else "")
             axes.set_ylabel("true positive rate (%)" if k % columns == 0 else "")
         handles, names = axes.get_legend_handles_labels()
-        figure.legend(handles, names, loc="lower left", ncols=3, borderaxespad=0.4, handlelength=1.5, columnspacing=1.2)
+        figure.legend(
+            handles, names, loc="lower left", ncols=beside, borderaxespad=0.4, handlelength=1.5, columnspacing=1.2
+        )
         save(figure, path)
 
 
 def _panel(axes: Axes, part: pd.DataFrame, scores: pd.DataFrame, decoders: list[str]) -> None:
     axes.plot([0, 100], [0, 100], color=GREY, lw=0.7, ls=":", label="guessing")
     areas = []
-    for name, colour in zip(decoders, _colours(len(decoders)), strict=True):
+    for name, colour, width in zip(decoders, _colours(len(decoders)), _widths(len(decoders)), strict=True):
         curve = part[part["decoder"] == name]
         if curve.empty or not np.isfinite(curve["tpr"]).all():
             continue
         row = scores.loc[name]
         # Every curve begins and ends in a corner; in between it is the mean of the folds'.
-        axes.plot(np.r_[0, curve["fpr"], 100], np.r_[0, curve["tpr"], 100], color=colour, lw=1.3, label=name)
-        axes.plot(100 - row["tnr"], row["tpr"], "o", ms=4, mfc=colour, mec="w", mew=0.6)
+        axes.plot(np.r_[0, curve["fpr"], 100], np.r_[0, curve["tpr"], 100], color=colour, lw=width, label=name)
+        axes.plot(100 - row["tnr"], row["tpr"], "o", ms=3 + width, mfc=colour, mec="w", mew=0.6)
         areas.append((f"AUC {row['auc']:.0f} %", colour))
     axes.plot([], [], "o", ms=4, color=GREY, label="where it decides")
     for i, (text, colour) in enumerate(areas):
@@ -65,6 +68,11 @@ def _panel(axes: Axes, part: pd.DataFrame, scores: pd.DataFrame, decoders: list[
                   fontsize=7.5)  # fmt: skip
     ticks = [0, 25, 50, 75, 100]
     axes.set(xlim=(-1, 101), ylim=(-1, 101), xticks=ticks, yticks=ticks)
+
+
+def _widths(count: int) -> list[float]:
+    """Return the lines' widths: where curves coincide, those drawn first look out from below the later ones."""
+    return [1.2 + 1.3 * (count - 1 - i) for i in range(count)] if count < 4 else np.linspace(4.5, 1.0, count).tolist()
 
 
 def _colours(count: int) -> list[str]:

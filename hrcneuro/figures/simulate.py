@@ -39,15 +39,16 @@ def fig4(
     fourth = by_simulation.get("SIM4", curves.iloc[:0])
     cases = list(fourth.groupby(["subtasks", "chosen"], sort=False))
     colours = _colours(list(by_simulation["SIM2"]["variant"].unique()))
+    low = _floor([curves])
     with rc_context(PLACED):
         figure = Figure(figsize=(7.2, 5.0 if cases else 2.9))
         grid = figure.add_gridspec(2 if cases else 1, 12)
         for i, (letter, simulation, title) in enumerate(_TOP):
             axes = figure.add_subplot(grid[0, 4 * i : 4 * i + 4])
-            _panel(axes, by_simulation[simulation], f"{simulation}: {title}", colours)
+            _panel(axes, by_simulation[simulation], f"{simulation}: {title}", colours, low)
             _letter(axes, letter)
             if letter == "A":
-                _milestones(axes, _empirical(milestones))
+                _milestones(axes, _empirical(milestones), low)
                 _expected(axes, _empirical(expected)["expected"].to_numpy())
                 axes.set_ylabel("choice accuracy")
             if letter == "C":
@@ -56,7 +57,7 @@ def fig4(
         for i, (_, part) in enumerate(cases):
             n, m = int(part["subtasks"].iloc[0]), int(part["chosen"].iloc[0])
             axes = figure.add_subplot(grid[1, edges[i] : edges[i + 1]])
-            _panel(axes, part, f"{n} subtasks\nhuman {m}, robot {n - m}", colours)
+            _panel(axes, part, f"{n} subtasks\nhuman {m}, robot {n - m}", colours, low)
             axes.set_ylabel("choice accuracy" if i == 0 else "")
             if i == 0:
                 _letter(axes, "D")
@@ -72,7 +73,7 @@ def error_readers(curves: pd.DataFrame, path: Path) -> None:
         path: The PNG file; the PDF lies beside it.
     """
     with rc_context(PLACED):
-        figure = Figure(figsize=(4.6, 3.2))
+        figure = Figure(figsize=(4.6, 3.5))
         axes = figure.subplots()
         by_variant = curves.groupby("variant", sort=False)
         for (name, curve), colour in zip(by_variant, (EMPIRICAL, ORANGE, SKY, INK), strict=True):
@@ -84,10 +85,16 @@ def error_readers(curves: pd.DataFrame, path: Path) -> None:
             xlabel="episode",
             ylabel="choice accuracy",
             xlim=(0, curves["episode"].max()),
-            ylim=(0.4, 1.02),
+            ylim=(_floor([curves]), 1.02),
         )
-        axes.legend(loc="upper left")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=2, handlelength=1.4)
         save(figure, path)
+
+
+def _floor(tables: Sequence[pd.DataFrame]) -> float:
+    """Return where the axis of accuracies begins: a tenth that is below all bands, 0.4 at the most."""
+    lowest = min(float((table["mean"] - table["half_width"].fillna(0)).min()) for table in tables)
+    return max(0.0, min(0.4, np.floor(10 * lowest) / 10))
 
 
 def _empirical(table: pd.DataFrame) -> pd.DataFrame:
@@ -100,7 +107,7 @@ def _colours(names: Sequence[str]) -> dict[str, Any]:
     return {"emp": EMPIRICAL, **dict(zip(levels, ramp, strict=False))}
 
 
-def _panel(axes: Axes, curves: pd.DataFrame, title: str, colours: dict[str, Any]) -> None:
+def _panel(axes: Axes, curves: pd.DataFrame, title: str, colours: dict[str, Any], low: float) -> None:
     axes.axhline(0.5, color=GREY, lw=0.7, ls=":")
     for name, curve in sorted(curves.groupby("variant", sort=False), key=lambda pair: str(pair[0]).endswith("emp")):
         colour = colours.get(str(name).split()[-1])
@@ -109,7 +116,7 @@ def _panel(axes: Axes, curves: pd.DataFrame, title: str, colours: dict[str, Any]
             continue
         _band(axes, curve, colour, alpha=0.25)
         axes.plot(curve["episode"], curve["mean"], color=colour, lw=1.2)
-    axes.set(title=title, xlabel="episode", xlim=(0, curves["episode"].max()), ylim=(0.4, 1.02))
+    axes.set(title=title, xlabel="episode", xlim=(0, curves["episode"].max()), ylim=(low, 1.02))
 
 
 def _band(axes: Axes, curve: pd.DataFrame, colour: Any, *, alpha: float) -> None:
@@ -145,16 +152,18 @@ def _expected(axes: Axes, expected: np.ndarray) -> None:
     )
 
 
-def _milestones(axes: Axes, milestones: pd.DataFrame) -> None:
+def _milestones(axes: Axes, milestones: pd.DataFrame, low: float) -> None:
     reached = milestones.drop_duplicates("level").dropna(subset="episode")
-    for level, episode in zip(reached["level"], reached["episode"].astype(int), strict=True):
-        axes.plot([0, episode, episode], [level, level, 0.4], color=GREY, lw=0.7, ls="--")
+    for i, (level, episode) in enumerate(zip(reached["level"], reached["episode"].astype(int), strict=True)):
+        axes.plot([0, episode, episode], [level, level, low], color=GREY, lw=0.7, ls="--")
+        # One above the other: two levels are often reached within few episodes.
         axes.annotate(
-            f"{level:.0%} at\nepisode {episode}",
-            (episode, 0.41),
-            xytext=(3, 1),
+            f"{100 * level:g} % at episode {episode}",
+            (episode, low),
+            xytext=(2, 4 + 9 * (len(reached) - 1 - i)),
             textcoords="offset points",
             fontsize=7,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
         )
 
 

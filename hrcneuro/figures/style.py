@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 DPI = 200
+_LETTER, _FOOT_LINE = 0.046, 0.115  # inches: of a note's letters, the mean width; from line to line
 # What says where a window opens, or what a session does, is no style.
 _NO_STYLE = ("backend", "interactive", "toolbar", "timezone", "webagg", "tk.", "docstring", "savefig.directory", "date")
 # Matplotlib's defaults are named first: a reader's own matplotlibrc must not change a figure.
@@ -75,13 +77,32 @@ def shade_gap(
         axes.add_patch(PathPatch(Outline.make_compound_path(*whole), **place, **ink))
 
 
-def legend_below(figure: Figure, patches: list[Patch], gap_s: float, stop_s: float) -> None:
-    """Explain the shadings in a line at the foot of the figure; the gap's where it ends before ``stop_s``."""
+def foot_lines(note: str, width: float) -> list[str]:
+    """Return the lines of a note at the foot of a figure that is so many inches wide."""
+    return textwrap.wrap(note, max(30, int((width - 0.2) / _LETTER))) or [""]
+
+
+def foot_height(lines: Sequence[str]) -> float:
+    """Return how many inches more than for one line a foot of these lines takes."""
+    return _FOOT_LINE * (len(lines) - 1)
+
+
+def write_foot(figure: Figure, lines: Sequence[str]) -> None:
+    """Write a note at the foot of a figure."""
+    place = (0.1 / figure.get_figwidth(), 0.06 / figure.get_figheight())
+    figure.text(*place, "\n".join(lines), fontsize=6.5, color=GREY, va="bottom", linespacing=1.2)
+
+
+def legend_below(figure: Figure, patches: list[Patch], gap_s: float, stop_s: float, *, above: float = 0.0) -> None:
+    """Explain the shadings in a line at the foot of the figure; the gap's where it ends before ``stop_s``.
+
+    ``above`` are inches that the note below takes beyond its first line.
+    """
     if gap_s < stop_s:
         text = f"the next onset may fall here (shortest gap {gap_s * 1000:.0f} ms)"
         patches = [*patches, Patch(facecolor="none", edgecolor="0.75", hatch="////", lw=0, label=text)]
     if patches:
-        place = (0.1 / figure.get_figwidth(), 0.2 / figure.get_figheight())
+        place = (0.1 / figure.get_figwidth(), (0.2 + above) / figure.get_figheight())
         figure.legend(
             handles=patches,
             loc="lower left",

@@ -50,6 +50,15 @@ class Topography:
     title: str = ""
 
 
+def peak_title(time_s: float, channel: str) -> str:
+    """Return the title of the map at the largest value of all: when, and at which channel."""
+    return f"{_ms(time_s)}, {channel}"
+
+
+def _ms(time_s: float) -> str:
+    return f"{1000 * time_s:.0f} ms".replace("-", "\N{MINUS SIGN}")
+
+
 @dataclass(frozen=True)
 class Scalp:
     """Electrodes on a disc of radius 1, and how to interpolate between them.
@@ -132,14 +141,14 @@ class Scalp:
         if marked:
             axes.plot(*np.concatenate(marked).T, **plain | dict(ms=2.6, mfc="w", mec="k", mew=0.4))
         for x, one in zip(middles, maps, strict=True):
-            axes.text(x, 1.24, one.title or f"{one.time * 1000:.0f} ms", fontsize=7, ha="center")
+            axes.text(x, 1.24, one.title or _ms(one.time), fontsize=7, ha="center")
 
 
 def _bar(axes: Axes, left: float, limit: float) -> None:
     extent = (left, left + 0.13, -0.85, 0.85)
     axes.imshow(np.linspace(-1, 1, 128)[:, None], cmap="RdBu_r", origin="lower", aspect="auto", extent=extent)
     for share in (-1, 0, 1):
-        text = f"{share * limit:.2g}" if share else "0"
+        text = f"{share * limit:.2g}".replace("-", "\N{MINUS SIGN}") if share else "0"
         axes.text(left + 0.2, share * 0.85, text, fontsize=6, va="center", clip_on=False)
     axes.text(left + 0.07, 0.97, "µV", fontsize=6, ha="center")
 

@@ -133,7 +133,7 @@ def _of_group(results: Results) -> Values:
 
 def _compared(compared: Any, first: str) -> PageTable:
     rows: list[list[Cell]] = [
-        [r["scenario"], r["problem"], r["decoder"], f"{r['difference']:+.1f} ± {r['sd']:.1f}", _p(r["p_holm"])]
+        [r["scenario"], r["problem"], r["decoder"], f"{r['difference']:+.1f}{_give_or_take(r['sd'])}", _p(r["p_holm"])]
         for r in compared.to_dict("records")
     ]
     return PageTable(["scenario", "problem", "decoder", f"balanced accuracy less that of {first}", "p (Holm)"], rows)
@@ -182,8 +182,12 @@ def _powered(row: Mapping[str, Any] | None, subjects: int) -> Cell:
 def _mean(row: Mapping[str, Any] | None, prefix: str = "") -> str:
     if row is None or not math.isfinite(row[f"{prefix}mean"]):
         return "-"
-    sd = row[f"{prefix}sd"]
-    return f"{row[f'{prefix}mean']:.1f}" + (f" ± {sd:.1f}" if math.isfinite(sd) else "")
+    return f"{row[f'{prefix}mean']:.1f}{_give_or_take(row[f'{prefix}sd'])}"
+
+
+def _give_or_take(sd: float) -> str:
+    """Return what follows a mean; nothing after the value of one subject."""
+    return f" ± {sd:.1f}" if math.isfinite(sd) else ""
 
 
 def _tests(tests: Any) -> PageTable:

@@ -15,3 +15,10 @@ addEventListener('hashchange', unfold);
 addEventListener('load', unfold);
 addEventListener('beforeprint', () =>
   document.querySelectorAll('details:not(.subjects)').forEach((part) => { part.open = true; }));
+// A table that is wider than its place says so: a screen's edge alone does not tell that more follows.
+const measure = () => document.querySelectorAll('.wide').forEach((place) => {
+  place.classList.toggle('over', place.scrollWidth > place.clientWidth + 1);
+});
+measure();
+addEventListener('resize', measure);
+document.addEventListener('toggle', measure, true);

@@ -23,6 +23,7 @@ from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, PLANTED, VERDICTS
 
 _PLURAL = {AGREES: "agree", CHOSEN: "agree, by our choice of reading", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
+_OF_GROUPS = {"erp": "erp.png", "ersp": "ersp.png"}
 _ONCE = ("reach.png",)  # the same for every subject
 
 
@@ -51,6 +52,10 @@ class _Page:
         for name in drawings.NAMES:
             self.figures[drawings.load(name).chapter or name] += results.figures(name)
         collect([f for figures in self.figures.values() for f in figures], folder)
+        # A group of one has the subject's own picture once more.
+        for stage, name in _OF_GROUPS.items():
+            if len(results.included(stage)) == 1:
+                self.figures[stage] = [f for f in self.figures[stage] if (f.unit, f.path.name) != (GROUP, name)]
         self.stages = [s for s in stages.NAMES if any(stage == s for stage, _ in results.done)]
         self.rows = rows(results)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.answers.brain import when
 from hrcneuro.report.markup import Cell, PageTable
 from hrcneuro.report.results import Results
 
@@ -36,7 +37,8 @@ def _peaks(results: Results, stage: str) -> PageTable:
             if "frequency_hz" in peak:
                 hertz = f"{peak['frequency_hz']:g} Hz, "
             trials = f"{counts.get(plus, '-')} : {counts.get(minus, '-')}"
-            at = f"{hertz}{1000 * peak['time_s']:.0f} ms"
+            late = when(peak["time_s"], summary.get("shortest_gap_s"))
+            at = f"{hertz}{1000 * peak['time_s']:.0f} ms{late}"
             rows.append([unit, name, trials, f"{peak['difference_uv']:+.2f} µV", peak["channel"], at])
     return PageTable([*_PEAK_HEAD, "at"], rows)
 

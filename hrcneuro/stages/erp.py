@@ -82,14 +82,13 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         tables.write_strata(strata, gaps, out / "strata.parquet")
     elif contrast_strata.stratified_contrasts(config) and config.strata:
         warnings.append("no strata: erp.overlap = 'regress' is offered for whole conditions only")
-    gap = shortest_gap_s(trials.table)
     maps = {(one.scenario, one.condition): mean for one, mean in zip(sets, means, strict=True)}
     axes = {"channel": trials.info["ch_names"], "time_s": trials.times}
     return {
         "trials": group_contrasts.trial_counts(sets),
         "absent": list(group_contrasts.absent(trials, config).items()),
         "contrasts": group_contrasts.subject_peaks(maps, config, axes),
-        "shortest_gap_s": None if gap != gap else gap,
+        "shortest_gap_s": group_contrasts.shortest_gap(trials.table, sets),
         "warnings": warnings,
     }
 
@@ -117,7 +116,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     own = [group_contrasts.own_averages(averages, one) for one in tested]
     tables.write_tested(tested, axes, out / "erp_stats.parquet", tables.ERP_STATS, own=own, **whole)
     labels = {"channel": names, "time_s": times}
-    summary = group_contrasts.group_summary(averages, tested, labels, config)
+    summary = group_contrasts.group_summary(averages, tested, labels, config, gap)
 
     strata = _read_strata(inputs, names)
     within = list(group_contrasts.over_subjects(strata, config, adjacency))

@@ -69,14 +69,13 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     if strata:
         tables.write_magnitudes(every, counts, axes, out / "ersp_strata.parquet", tables.ERSP_STRATA_SUBJECT)
     write_table(tables.positions(trials.info), out / "channels.parquet", tables.CHANNELS)
-    gap = shortest_gap_s(trials.table)
     labels = {"channel": names, "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
     return {
         "trials": group_contrasts.trial_counts(sets),
         "absent": list(group_contrasts.absent(trials, config).items()),
         "contrasts": group_contrasts.subject_peaks(maps, config, labels),
         "frequencies_hz": list(wavelets.frequencies),
-        "shortest_gap_s": None if gap != gap else gap,
+        "shortest_gap_s": group_contrasts.shortest_gap(trials.table, sets),
         "warnings": warnings + lacking,
     }
 
@@ -92,7 +91,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     tested = list(group_contrasts.over_subjects(averages, config, adjacency))
     tables.write_tested(tested, axes, out / "ersp_stats.parquet", tables.ERSP_STATS, **whole)
     labels = {"channel": axes["channel"], "frequency_hz": axes["frequency_hz"], "time_s": axes["times"]}
-    summary = group_contrasts.group_summary(averages, tested, labels, config)
+    summary = group_contrasts.group_summary(averages, tested, labels, config, gap)
 
     strata = _read_strata(inputs, axes["channel"])
     within = list(group_contrasts.over_subjects(strata, config, adjacency))

@@ -55,6 +55,23 @@ SUMMARIES = {
         {"trials": {"all": {"RH": 25, "RR": 50}}, "contrasts": {"all": {"RH-RR": {"peak": PEAK}}}},
         ["trials by condition: RH 25, RR 50", "all  RH-RR  −3.46 µV at Cz, 412 ms"],
     ),
+    ("erp", "s02"): (
+        {
+            **{"trials": {"all": {"RH": 25, "RR": 50}}, "shortest_gap_s": 0.4},
+            "contrasts": {
+                "all": {
+                    "early": {"peak": PEAK | {"time_s": -0.1}},
+                    "at once": {"peak": PEAK | {"time_s": 0.4}},
+                    "late": {"peak": PEAK},
+                }
+            },
+        },
+        [
+            "all  early    −3.46 µV at Cz, −100 ms, before the onset\n",
+            "all  at once  −3.46 µV at Cz, 400 ms\n",
+            "all  late     −3.46 µV at Cz, 412 ms, after the earliest next onset (400 ms)",
+        ],
+    ),
     ("ersp", "group"): (
         {"subjects": ["s01"] * 11, "alpha": 0.05, "contrasts": {"all": {"RH-RR": TESTED}, "iC": {"RH-RR": UNTESTED}}},
         [

@@ -56,4 +56,4 @@ def figures(monkeypatch):
 @pytest.fixture(scope="session")
 def foot():
     """Return a function that tells what is written beside a figure's axes: its titles and its foot."""
-    return lambda figure: " ".join(text.get_text() for text in figure.texts)
+    return lambda figure: " ".join(text.get_text().replace("\n", " ") for text in figure.texts)

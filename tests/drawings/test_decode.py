@@ -142,6 +142,70 @@ def test_the_forest_plot_and_the_confound_panel_show_different_things_of_the_gro
     assert shared == {"bacc"}, "the plain mean alone, to compare with"
 
 
+def few(entries, *, problems: tuple[str, ...], mean: float = 55.0) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the rows of two subjects and the group, whose scores lie 20 apart around a mean."""
+    scores = scores_of(np.random.default_rng(5))
+    scores = scores[scores["subject"].isin(UNITS[:2]) & scores["scenario"].isin(problems)].copy()
+    scores["bacc"] = np.where(scores["subject"] == UNITS[0], mean - 10, mean + 10)
+    files = entries(scores)
+    subjects, table2 = (read_table(files.path("decode", f"{name}.parquet")) for name in ("subjects", "table2"))
+    return subjects[subjects["decoder"] == DECODERS[0]], table2[table2["decoder"] == DECODERS[0]]
+
+
+@pytest.mark.parametrize("problems", [("iC",), ("iC", "sC")])
+@pytest.mark.parametrize("figure", [forest._figure, lambda scores, table2: figure_of.figure(scores, table2, None)])
+def test_legends_lie_within_the_picture(entries, problems, figure):
+    drawn = figure(*few(entries, problems=problems))
+    drawn.canvas.draw()
+    (legend,) = drawn.legends
+    box = legend.get_window_extent()
+    assert drawn.bbox.x0 <= box.x0 < box.x1 <= drawn.bbox.x1
+    assert drawn.bbox.y0 <= box.y0
+
+
+@pytest.mark.parametrize("figure", [forest._figure, lambda scores, table2: figure_of.figure(scores, table2, None)])
+@pytest.mark.parametrize("mean", [11.0, 50.0])
+def test_an_interval_beyond_all_rates_ends_in_arrows_within_the_axis(entries, figure, mean):
+    # Of two subjects 20 apart the interval reaches 127 to either side.
+    drawn = figure(*few(entries, problems=("iC",), mean=mean))
+    axes = drawn.axes[0]
+    marks = {line.get_marker() for line in axes.lines if line.get_xdata()[0] in (0, 100)}
+    assert {"<", ">"} <= marks
+    low, high = axes.get_xlim()
+    assert low < 0 < 100 < high
+    assert "goes on beyond" in " ".join(text.get_text() for text in drawn.legends[0].get_texts())
+
+
+def test_an_interval_among_the_rates_has_no_arrow(entries):
+    files = entries(scores_of(np.random.default_rng(5)))
+    scores, table2 = (read_table(files.path("decode", f"{name}.parquet")) for name in ("subjects", "table2"))
+    drawn = forest._figure(scores[scores["decoder"] == DECODERS[0]], table2[table2["decoder"] == DECODERS[0]])
+    assert "beyond" not in " ".join(text.get_text() for text in drawn.legends[0].get_texts())
+
+
+def test_a_subject_that_was_not_decoded_in_a_panel_is_told_there(entries):
+    scores, table2 = few(entries, problems=("iC", "sC"))
+    drawn = forest._figure(scores[(scores["subject"] != UNITS[1]) | (scores["scenario"] != "sC")], table2)
+    said = [[text.get_text() for text in axes.texts] for axes in drawn.axes]
+    assert said == [[], ["too few trials"]]
+
+
+def test_dots_of_subjects_and_numbers_of_trials_lie_on_no_bar(entries):
+    files = entries(scores_of(np.random.default_rng(5)))
+    scores, table2 = (read_table(files.path("decode", f"{name}.parquet")) for name in ("subjects", "table2"))
+    strata = read_table(files.path("decode", "strata.parquet", unit="s01"))
+    drawn = figure_of.figure(scores[scores["decoder"] == DECODERS[0]], table2, strata)
+    bars = {y for axes in drawn.axes for line in axes.lines if len(line.get_xdata()) == 2 for y in line.get_ydata()}
+    dots = {y for axes in drawn.axes for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata()}
+    assert dots
+    assert not dots & bars
+    drawn.canvas.draw()
+    for axes in drawn.axes:
+        counts = [text for text in axes.texts if " : " in text.get_text()]
+        assert counts
+        assert all(text.get_window_extent().x0 > axes.bbox.x1 for text in counts)
+
+
 def test_what_is_not_published_is_no_mark_of_the_forest_plot(entries, monkeypatch, tmp_path):
     drawn = []
     monkeypatch.setattr(forest, "save", lambda figure, path: drawn.append(figure))

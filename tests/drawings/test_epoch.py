@@ -51,7 +51,7 @@ def test_every_trial_with_an_amplitude_is_a_mark_and_the_worst_channel_is_named(
     assert upper.get_ylim()[1] > 4000
     assert sum(bar.get_width() for bar in lower.patches) == 8
     assert {text.get_text() for text in drawn[0].legends[0].get_texts()} == {
-        "kept", "amplitude", "marked", "boundary", "outside", "no onset",
+        "an epoch", "kept", "amplitude", "marked", "boundary", "outside", "no onset",
     }  # fmt: skip
     assert [text.get_text() for text in lower.get_yticklabels()] == ["rt", "square"]
 

@@ -148,7 +148,7 @@ def test_the_largest_difference_has_a_map_even_after_the_shortest_gap():
     times = np.arange(-20, 121) / 100
     bumps = [(0.1, 3.0), (0.2, 4.0), (0.3, 5.0), (0.45, 2.0), (0.9, 9.0), (1.1, 8.0)]
     values = sum(size * np.exp(-(((times - at) / 0.02) ** 2)) for at, size in bumps) * np.array([[1.0], [-1.0]])
-    shown = erp_panels.PanelSettings(times, 0, 0.6, (), 0.95)
+    shown = erp_panels.PanelSettings(("Cz", "Oz"), times, 0, 0.6, (), 0.95)
     found = [one.time for one in erp_panels._maps(values, None, shown, 0.6)]
     # The largest of all, then the three largest of those before the next onset may fall.
     assert found == pytest.approx([0.1, 0.2, 0.3, 0.9])
@@ -162,8 +162,53 @@ def test_the_shown_waves_largest_point_has_a_map_too():
     values = np.zeros((2, len(times)))
     for channel, at, size in waves:
         values[channel] += size * np.exp(-(((times - at) / 0.02) ** 2))
-    shown = erp_panels.PanelSettings(times, 0, 0.6, (), 0.95)
+    shown = erp_panels.PanelSettings(("Cz", "Oz"), times, 0, 0.6, (), 0.95)
     assert [m.time for m in erp_panels._maps(values, None, shown, 0.6)] == pytest.approx([0.1, 0.2, 0.3, 0.8])
+
+
+@pytest.mark.parametrize("at", [-0.15, 0.0, 0.34, 1.0])
+def test_one_map_is_at_the_largest_value_of_all_wherever_it_lies_and_names_its_channel(at):
+    times = np.arange(-20, 121) / 100
+    rng = np.random.default_rng(3)
+    values = rng.normal(size=(8, len(times)))
+    # A single channel's narrow peak: the SD over channels is largest elsewhere.
+    values[:, 50:52] *= 3
+    values[5, np.argmin(abs(times - at))] = -12
+    shown = erp_panels.PanelSettings(tuple("ABCDEFGH"), times, 0, 0.6, (), 0.95)
+    titled = [one for one in erp_panels._maps(values, None, shown, 0.6) if one.title]
+    assert [one.time for one in titled] == pytest.approx([at])
+    assert titled[0].title == f"{1000 * at:.0f} ms, F".replace("-", "−")
+    assert titled[0].values[5] == -12
+
+
+def test_maps_at_wanted_times_are_at_no_other():
+    times = np.arange(-20, 121) / 100
+    values = np.exp(-(((times - 0.3) / 0.02) ** 2))[None] * np.array([[1.0], [-2.0]])
+    shown = erp_panels.PanelSettings(("Cz", "Oz"), times, 0, 0.6, (0.1, 0.5), 0.95)
+    assert [one.time for one in erp_panels._maps(values, None, shown, 0.6)] == pytest.approx([0.1, 0.5])
+
+
+def test_a_long_foot_goes_on_in_the_next_line_and_stays_within_the_picture(five, draw, figures, tmp_path):
+    draw("erp", "group", tmp_path, {"erp": SMALL}, erp=five["group"])
+    figure = figures["erp.png"]
+    figure.canvas.draw()
+    (foot,) = [text for text in figure.texts if "sign flips" in text.get_text()]
+    assert "\n" in foot.get_text()
+    assert foot.get_window_extent().x1 < figure.bbox.x1
+    assert not any(foot.get_window_extent().overlaps(one.get_window_extent()) for one in figure.legends)
+
+
+def test_an_interval_of_two_subjects_leaves_the_difference_to_be_seen():
+    from hrcneuro.figures import erp as figure_of
+
+    wave = np.sin(np.arange(50) / 5)
+    for error, cut in ((wave + 0.1, False), (np.full(50, 40.0), True)):
+        trace = figure_of.Trace("difference", wave, abs(error), "k")
+        panel = figure_of.Panel("x", [figure_of.Trace("a", wave, abs(error), "k")], (), difference=trace)
+        assert figure_of.bands([panel])["cut"] == cut
+        low, high = figure_of._difference_range([trace])
+        assert -3 < low < -1
+        assert 1 < high < 3
 
 
 def test_where_no_channel_has_a_place_there_is_no_line_at_a_maps_time(study, draw, figures, tmp_path):

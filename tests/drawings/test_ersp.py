@@ -44,8 +44,11 @@ def test_titles_of_rows_stand_above_the_channels_names_and_use_words(five, draw,
     figure = figures["ersp_strata.png"]
     figure.canvas.draw()
     titles = [text for text in figure.texts if ", n = " in text.get_text()]
-    channels = [text for axes in figure.axes for text in axes.texts if text.get_text() in SMALL.channels]
-    assert len(channels) == 2 * len(titles)
+    names = set(read_table(five["group"] / "ersp_strata.parquet", ["channel"])["channel"])
+    words = [text for axes in figure.axes for text in axes.texts]
+    channels = [text for text in words if text.get_text() in names]
+    # Two that were asked for, and the one of the largest difference.
+    assert len(channels) == 3 * len(titles)
     assert {text.get_text().split(":")[0] for text in titles} <= {
         f"{place}, {words}"
         for place in ("iC", "sC")
@@ -62,12 +65,26 @@ def test_colours_fade_only_where_something_else_is_significant(found, figures, t
     rng = np.random.default_rng(0)
     values, significant = rng.normal(size=(2, 1, 5, 20)), np.zeros((2, 1, 5, 20), bool)
     significant[0, 0, 2, 3:8] = found
-    rows = [figure_of.MapRow(f"row {i}", values[i], significant[i]) for i in range(2)]
-    shown = figure_of.MapSettings(("Cz",), np.arange(4.0, 9.0), np.arange(20) / 20, 0.7)
+    rows = [figure_of.MapRow(f"row {i}", ("Cz",), values[i], significant[i]) for i in range(2)]
+    shown = figure_of.MapSettings(np.arange(4.0, 9.0), np.arange(20) / 20, 0.7)
     figure_of.draw(rows, shown, tmp_path / "x.png", unit="µV", note="")
     alphas = [np.unique(image.get_alpha()) for axes in figures["x.png"].axes[:2] for image in axes.images]
     assert [len(alpha) for alpha in alphas] == ([2, 1] if found else [1, 1])
     assert (alphas[1][0] < 1) == found
+
+
+@pytest.mark.parametrize(("largest", "shown"), [("Oz", ["Fz", "Cz", "Oz"]), ("Cz", ["Fz", "Cz"])])
+def test_a_cross_marks_the_largest_difference_and_its_channel_is_shown(largest, shown):
+    from hrcneuro.figures import ersp as figure_of
+
+    names = ["Cz", "Oz", "Fz"]
+    values = np.random.default_rng(0).normal(size=(3, 5, 20))
+    values[names.index(largest), 2, 7] = -30
+    maps = {("all", "a"): values, ("all", "b"): 0 * values}
+    rows, unit = figure_of.of_subject(maps, {"a-b": ("a", "b")}, names, ["Fz", "Cz"])
+    assert unit == "µV"
+    assert list(rows[0].channels) == shown
+    assert rows[0].values[rows[0].peak] == -30
 
 
 def test_a_subject_shows_its_differences(five, draw, figures, tmp_path):

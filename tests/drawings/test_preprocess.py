@@ -80,30 +80,40 @@ def test_a_channel_far_above_the_others_is_named_in_the_spectra(loud, monkeypatc
 
 @pytest.fixture
 def seen(monkeypatch):
-    """What the figure is handed: the channels' tables and the recordings' qualities."""
+    """What the figure is handed: the channels' tables, the recordings' spectra and blinks."""
     calls = []
     monkeypatch.setattr(
-        "hrcneuro.figures.quality_group.draw", lambda channels, qualities, path: calls.append((channels, qualities))
+        "hrcneuro.figures.quality_group.draw",
+        lambda channels, spectra, blinks, path: calls.append((channels, spectra, blinks)),
     )
     return calls
 
 
-def test_everyone_is_in_the_picture_and_up_to_four_included_ones_have_lines(study, tmp_path, seen):
+def test_everyone_is_in_the_picture_and_up_to_four_included_ones_have_blinks(study, tmp_path, seen):
     joint.draw(None, Inputs.of("group", **study), tmp_path)
-    ((channels, qualities),) = seen
+    ((channels, spectra, blinks),) = seen
     assert list(channels) == list(study["preprocess"])
-    assert len(qualities) == 3  # every second of five
-    assert [q.blink_before is None for q in qualities] == [False, False, True]
-    high = qualities[0].blink_before.max(), qualities[0].blink_after.max()
+    assert len(spectra) == 5
+    assert len(blinks) == 2  # every second of five, of whom the last has no EOG
+    high = blinks[0].recorded.max(), blinks[0].clean.max()
     assert high[0] > 60 > 3 * high[1]
 
 
+def test_the_groups_spectra_are_those_of_the_subjects_picture(study, tmp_path, seen):
+    joint.draw(None, Inputs.of("group", **study), tmp_path)
+    pd.testing.assert_frame_equal(
+        seen[0][1][1]["clean"], read_spectrum(study["preprocess"]["s02"] / "spectrum.parquet")["clean"]
+    )
+
+
 def test_an_excluded_subject_has_channels_and_no_line(study, tmp_path, seen):
-    for name in ("s02_clean_raw.fif", "timing.parquet"):
+    for name in ("s02_clean_raw.fif", "timing.parquet", "spectrum.parquet"):
         (study["preprocess"]["s02"] / name).unlink()
     joint.draw(None, Inputs.of("group", **study), tmp_path)
-    assert "s02" in seen[0][0]
-    assert len(seen[0][1]) == 4
+    channels, spectra, blinks = seen[0]
+    assert "s02" in channels
+    assert len(spectra) == 4
+    assert len(blinks) == 3
 
 
 def test_a_subject_that_was_not_acquired_is_missing_and_the_others_are_drawn(study, tmp_path):

@@ -76,5 +76,5 @@ def test_a_row_of_maps_is_few_artists(positions):
     values = smooth(positions)
     maps = [Topography(0.1 * i, values, values > np.quantile(values, 0.8)) for i in range(3)]
     Scalp.of(positions).draw(axes, maps, 2.0, slots=4, bar=True)
-    assert [text.get_text() for text in axes.texts] == ["0 ms", "100 ms", "200 ms", "-2", "0", "2", "µV"]
+    assert [text.get_text() for text in axes.texts] == ["0 ms", "100 ms", "200 ms", "−2", "0", "2", "µV"]
     assert len(axes.images) + len(axes.collections) + len(axes.lines) == 6

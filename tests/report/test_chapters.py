@@ -86,3 +86,9 @@ def test_a_study_without_cues_has_no_table_of_strata(known):
     table2.loc[table2["measure"].astype(str).str.startswith(names), ["mean", "sd", "detectable"]] = np.nan
     assert chapters._strata(table2[table2["decoder"] == DECODERS[0]].assign(mean=50.0)) is not None
     assert chapters._strata(table2[table2["decoder"] == DECODERS[0]]) is None
+
+
+def test_a_difference_of_one_subject_has_no_spread():
+    row = {"scenario": "all", "problem": "AvsB", "decoder": "rlda_600", "difference": -4.1, "sd": np.nan, "p_holm": 1.0}
+    table = chapters._compared(pd.DataFrame([row, row | {"sd": 2.0}]), "rlda")
+    assert [line[3] for line in table.rows] == ["-4.1", "-4.1 ± 2.0"]

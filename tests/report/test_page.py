@@ -95,7 +95,7 @@ def test_the_contents_come_first_and_dark_mode_spares_print(page):
     style = page[page.index("<style>") : page.index("</style>")]
     assert "position: sticky" in style
     assert "@media screen and (prefers-color-scheme: dark)" in style
-    assert "Wider than this screen: it scrolls sideways." in page
+    assert "<span class='scrolls'>Wider than this screen: it scrolls sideways. </span>" in page
 
 
 def test_page_names_no_path_of_the_machine(page, smoke):
@@ -187,17 +187,34 @@ def test_paths_are_cut_to_their_last_part():
     assert plain(["1/2 of 3 m/s"]) == ["1/2 of 3 m/s"]
 
 
-def test_a_browser_has_nothing_to_complain_of(written, tmp_path):
+def test_a_browser_has_nothing_to_complain_of_and_marks_the_tables_that_scroll(written, tmp_path):
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
         pytest.skip("no Chromium here")
     command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
     command += [f"--user-data-dir={tmp_path}", "--no-first-run", "--disable-background-networking", "--disable-sync"]
+    command += ["--window-size=600,900"]
     done = subprocess.run(
         [*command, written[2].as_uri()], capture_output=True, text=True, timeout=120, check=False, encoding="utf-8"
     )
     assert "</html>" in done.stdout
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    tables = re.findall(r'<div class="(wide[^"]*)"><table[^>]*>\s*<thead><tr>((?:<th>.*?</th>)*)', done.stdout)
+    assert [kind for kind, head in tables if "p, TNR" in head] == ["wide over"]
+    assert [kind for kind, head in tables if "a trial lasts" not in head and "channels" in head] == ["wide"]
+
+
+def test_one_subject_is_not_shown_twice(written, tmp_path):
+    items = [item for item in written[1] if item.unit in ("s01", "group")]
+    path = write_report(
+        config.load(ROOT / "configs/smoke.toml", ["study.subjects=['s01']"]), items, tmp_path / "r.html"
+    )
+    found = Reader(path.read_text(encoding="utf-8"))
+    for stage in ("erp", "ersp"):
+        assert f"{stage}-s01-{stage}_subject" in found.ids
+        assert f"{stage}-group-{stage}" not in found.ids
+        assert f"{stage}-group-{stage}_scenarios" in found.ids
+    assert {t.removeprefix("#") for t in found.targets if t.startswith("#")} <= set(found.ids)
 
 
 def test_what_is_missing_of_many_subjects_is_one_line_a_reason(written, tmp_path):

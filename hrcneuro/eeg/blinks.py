@@ -1,8 +1,6 @@
-"""How clean a recording is: its spectrum, and what is left of the blinks."""
+"""Blinks of a recording: when they come, and their mean in other channels, which tells what cleaning left of them."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,42 +10,9 @@ Floats = NDArray[np.float64]
 AROUND_S = 0.5
 """So much of a blink is averaged on either side of its peak, in seconds."""
 
-_BAND_HZ = (0.5, 60.0)
 _BLINK_UV = 60.0
 _BLINK_HZ = (1.0, 10.0)
 _REFRACTORY_S = 0.5
-
-
-@dataclass(frozen=True)
-class Quality:
-    """A recording before and after it was cleaned.
-
-    Attributes:
-        spectrum_before, spectrum_after: Frequencies in Hz and power in µV²/Hz, see :func:`spectrum`.
-        blink_before, blink_after: ndarray, shape (n_times,), µV, see :func:`mean_blink`; None where there is no blink.
-    """
-
-    spectrum_before: tuple[Floats, Floats]
-    spectrum_after: tuple[Floats, Floats]
-    blink_before: Floats | None = None
-    blink_after: Floats | None = None
-
-
-def spectrum(data: Floats, sfreq: float) -> tuple[Floats, Floats]:
-    """Return frequencies from 0.5 to 60 Hz and the median over channels of the power there (Welch, windows of 2 s).
-
-    Args:
-        data: ndarray, shape (n_channels, n_times), µV.
-        sfreq: Sampling rate, in Hz.
-
-    Returns:
-        Frequencies, ndarray, shape (n_freqs,), Hz, and power, ndarray, shape (n_freqs,), µV²/Hz.
-    """
-    from scipy.signal import welch
-
-    hz, power = welch(data, sfreq, nperseg=min(data.shape[1], int(2 * sfreq)))
-    kept = (hz >= _BAND_HZ[0]) & (hz <= _BAND_HZ[1])
-    return hz[kept], np.median(power[:, kept], axis=0)
 
 
 def blink_peaks(eog: Floats, sfreq: float) -> Floats:

@@ -1,9 +1,9 @@
-"""Spectra and blinks of a recording whose rhythm and blinks are known."""
+"""Blinks of a recording that are known."""
 
 import numpy as np
 import pytest
 
-from hrcneuro.eeg.quality import blink_peaks, mean_blink, spectrum
+from hrcneuro.eeg.blinks import blink_peaks, mean_blink
 
 SFREQ = 250.0
 PEAKS_S = np.array([2.0, 4.5, 6.2, 9.0, 12.4, 15.0])
@@ -37,15 +37,3 @@ def test_the_mean_blink_is_as_high_as_the_blinks_and_starts_from_zero(eog):
 def test_a_blink_too_near_an_end_is_left_out(eog):
     np.testing.assert_array_equal(mean_blink(eog, SFREQ, np.array([0.1, 17.9])), [0, 0])
     np.testing.assert_array_equal(mean_blink(eog, SFREQ, np.array([0.1, 4.5])), mean_blink(eog, SFREQ, np.array([4.5])))
-
-
-def test_the_spectrum_is_the_median_over_channels_and_peaks_at_the_rhythm():
-    t = np.arange(int(30 * SFREQ)) / SFREQ
-    rng = np.random.default_rng(1)
-    data = rng.standard_normal((5, len(t))) + 10 * np.sin(2 * np.pi * 10 * t)
-    data[0] *= 100
-    hz, power = spectrum(data, SFREQ)
-    assert (hz.min(), hz.max()) == (0.5, 60)
-    assert hz[power.argmax()] == 10
-    # White noise of variance 1 has a density of 2 / sfreq; one loud channel moves no median.
-    assert np.median(power) == pytest.approx(2 / SFREQ, rel=0.2)
