@@ -1,8 +1,9 @@
 """Processes of their own that start at once: a process that has loaded the libraries forks for each.
 
 Loading takes a second or more and is the same for every command. The child is a process like any other: its own
-arguments, folder, environment, streams and exit code; only that a run has one worker where -j does not say otherwise. ``python started.py MODULE …`` is the process that forks, with
-these modules loaded: it reads one request a line and answers with the number of the child, then with its exit code.
+arguments, folder, environment, streams and exit code; only that a run has one worker where -j does not say otherwise.
+``python started.py MODULE …`` is the process that forks, with these modules loaded: it reads one request a line and
+answers with the number of the child, then with its exit code.
 """
 
 import atexit
