@@ -36,6 +36,7 @@ h_freq = 40.0
 
 [simulate]
 repetitions = 2
+learner_repetitions = 0
 episodes = 20
 """
 PIPELINE = """
