@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PIP := $(BIN)/pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: all smoke test lint docs bench cases installs clean
+.PHONY: all smoke test chaos lint docs bench cases installs clean
 .DEFAULT_GOAL := all
 
 all: $(VENV)/runs             ## the whole synthetic study of 12 subjects, ending with results/report.html
@@ -17,10 +17,14 @@ smoke: $(VENV)/runs           ## three short subjects through every stage
 	$(BIN)/hrcneuro run pipelines/smoke.toml -j $(JOBS) --workdir work/smoke
 
 test: lint                    ## lint, types, import arrows, tests, and the smoke study twice
-	$(BIN)/pytest -n $(JOBS)
+	$(BIN)/pytest -n $(JOBS) --dist worksteal
 	rm -rf work/smoke
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
+
+chaos: $(VENV)/ready          ## kill -9 at many instants of a run; studies that share a cache, in any order; as long as one likes
+	$(BIN)/python tests/product/kill_many.py $(or $(KILLS),50)
+	$(BIN)/python tests/product/share_many.py $(or $(SCHEDULES),20)
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
-from started import Starter
+from started import Starter, read_once
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
 
 # A shell starts what runs in its background with interrupts ignored, and every child inherits that; so a test that
 # interrupts a command would wait for its end in vain. A handler, unlike that, is not inherited.
-for _number in (signal.SIGINT, signal.SIGHUP):
+for _number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
     if signal.getsignal(_number) is signal.SIG_IGN:
         signal.signal(_number, signal.default_int_handler)
 
@@ -58,13 +58,13 @@ def call(*arguments, cwd=ROOT, env=None, timeout=300):
 
 @pytest.fixture(scope="session")
 def hrcneuro():
-    """The command line as a function; with an environment of its own, a process is started from scratch."""
+    """The command line as a function; with an environment that Python reads as it starts, from scratch."""
     starter = Starter(ROOT)
 
     def run(*arguments, cwd=ROOT, env=None, timeout=300):
-        if env is not None:
+        if read_once(env or {}):
             return call(*arguments, cwd=cwd, env=env, timeout=timeout)
-        return Done(*starter.run([*map(str, arguments)], cwd=cwd, timeout=timeout))
+        return Done(*starter.run(arguments, cwd=cwd, timeout=timeout, environment=env))
 
     yield run
     starter.end()

@@ -21,7 +21,8 @@ class Options:
     config: Annotated[
         Path | None,
         typer.Option(
-            help="Configuration in TOML, or a name such as smoke; without it ./hrcneuro.toml, else the paper's."
+            help="Configuration in TOML, or a name such as smoke; without it ./hrcneuro.toml, else the paper's.",
+            autocompletion=completion.configurations,
         ),
     ] = None
     set: Annotated[

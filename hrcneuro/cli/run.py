@@ -26,7 +26,10 @@ def run(
     options: Options,
     pipeline: Annotated[
         Path | None,
-        typer.Argument(help="A pipeline file, or smoke or paper; none: pipelines/paper.toml, else all stages."),
+        typer.Argument(
+            help="A pipeline file, or smoke or paper; none: pipelines/paper.toml, else all stages.",
+            autocompletion=completion.pipelines,
+        ),
     ] = None,
 ) -> int:
     """Run a pipeline's stages over its subjects, then write the report."""

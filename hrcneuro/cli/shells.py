@@ -2,7 +2,7 @@
 
 The shell hands over the line up to the cursor, in ``HRCNEURO_LINE``; it is answered with a line an offer, the word and,
 behind a tab, its meaning. Quoting is the shell's own matter: zsh and fish do it; bash does not, so for bash it is done
-here. Nothing offered means a file, which each shell completes itself.
+here. Nothing offered means a file, which each shell completes itself; so does a tab alone, beside what is offered.
 """
 
 from __future__ import annotations
@@ -15,35 +15,47 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.cli import completion
+
 SCRIPTS = {
     "bash": r"""
 _hrcneuro() {
-    local offer
+    local offer files=
     COMPREPLY=()
     while IFS= read -r offer; do
-        COMPREPLY+=("$offer")
+        if [[ $offer == $'\t' ]]; then files=yes; else COMPREPLY+=("$offer"); fi
     done < <(_HRCNEURO_COMPLETE=bash HRCNEURO_LINE="${COMP_LINE:0:COMP_POINT}" "$1" 2>/dev/null)
     # What goes on behind = or . gets no space.
     if [[ ${#COMPREPLY[@]} -gt 0 && ${COMPREPLY[0]} == *[=.] ]]; then compopt -o nospace; fi
+    # Where nothing is offered, bash completes files itself.
+    if [[ $files && ${#COMPREPLY[@]} -gt 0 ]]; then
+        compopt -o filenames
+        while IFS= read -r offer; do COMPREPLY+=("$offer"); done < <(compgen -f -- "${COMP_WORDS[COMP_CWORD]}")
+    fi
 }
 complete -o default -F _hrcneuro hrcneuro
 """,
     "zsh": r"""
 #compdef hrcneuro
 _hrcneuro() {
-    local offer line="${(j: :)words[1,CURRENT]}"
+    local offer files line="${(j: :)words[1,CURRENT]}"
     local -a open openly done doing
     for offer in "${(@f)$(_HRCNEURO_COMPLETE=zsh HRCNEURO_LINE="$line" "${words[1]}" 2>/dev/null)}"; do
         [[ -z $offer ]] && continue
+        [[ $offer == $'\t' ]] && files=yes && continue
         if [[ ${offer%%$'\t'*} == *[=.] ]]; then
             open+=("${offer%%$'\t'*}"); openly+=("${offer/$'\t'/  }")
         else
             done+=("${offer%%$'\t'*}"); doing+=("${offer/$'\t'/  }")
         fi
     done
-    if (( ! $#open && ! $#done )); then _files; return; fi
     (( $#open )) && compadd -l -S '' -d openly -a open
     (( $#done )) && compadd -l -d doing -a done
+    if [[ $files ]] || (( ! $#open && ! $#done )); then
+        # The file begins behind the = of stage.key=file and --option=file.
+        [[ $PREFIX == --*=* || ${words[CURRENT-1]} == --set ]] && compset -P 1 '*='
+        _files
+    fi
 }
 compdef _hrcneuro hrcneuro
 """,
@@ -107,7 +119,13 @@ def offer(app: Any, shell: str) -> int:
         # A mistake in the line, or in a configuration, must not print over what somebody is typing.
         return 0
     for text, help in offered:
-        print(_for_bash(text, word) if shell == "bash" else f"{text}\t{' '.join(help.split())}" if help else text)
+        if text.endswith(completion.FILES):
+            # fish adds files by itself.
+            print(end="" if shell == "fish" else f"{completion.FILES}\n")
+        elif shell == "bash":
+            print(_for_bash(text, word))
+        else:
+            print(f"{text}\t{' '.join(help.split())}" if help else text)
     return 0
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
 
@@ -26,6 +27,7 @@ def simulate(
         typer.Option(
             metavar="AXIS=VALUES",
             help="Sweep accuracy, subtasks, chosen, alpha, tau, events or period; repeatable. wide: 10,125 cells.",
+            autocompletion=completion.axes,
         ),
     ] = None,
 ) -> int:

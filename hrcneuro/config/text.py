@@ -34,8 +34,8 @@ def render(settings: Settings, section: str = "", *, as_json: bool = False, orig
     for name, part in chosen.items():
         lines += _table(name, part, shown)
         for subject, values in _own(settings, name).get("subjects", {}).items():
-            lines.append(f"\n[{name}.subjects.{_key(subject)}]")
-            lines += [f"{_key(key)} = {toml_value(value)}" for key, value in values.items()]
+            lines.append(f"\n[{name}.subjects.{toml_key(subject)}]")
+            lines += [f"{toml_key(key)} = {toml_value(value)}" for key, value in values.items()]
     return "\n".join(lines).strip()
 
 
@@ -54,7 +54,7 @@ def toml_value(value: Any) -> str:
     if value is None:
         return '"none"'
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+        return "{ " + ", ".join(f"{toml_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(toml_value(v) for v in value) + "]"
     return json.dumps(value, ensure_ascii=False)
@@ -74,7 +74,7 @@ def _table(name: str, part: Any, origins: Mapping[str, str] | None) -> Iterator[
     if not dataclasses.is_dataclass(part):
         if origins is not None:
             yield f"# {origins.get(name, 'default')}"
-        yield from (f"{_key(k)} = {toml_value(plain(v))}" for k, v in part.items())
+        yield from (f"{toml_key(k)} = {toml_value(plain(v))}" for k, v in part.items())
         return
     nested = []
     for f in dataclasses.fields(part):
@@ -101,5 +101,6 @@ def _full(value: Any) -> Any:
     return plain(value)
 
 
-def _key(name: str) -> str:
+def toml_key(name: str) -> str:
+    """Return a name as TOML has it: in quotes where it is no bare word."""
     return name if name.replace("-", "").replace("_", "").isalnum() and name.isascii() else json.dumps(name)

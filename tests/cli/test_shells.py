@@ -2,10 +2,13 @@
 
 import shutil
 import subprocess
+from types import SimpleNamespace
 
 import pytest
 
 from hrcneuro.cli import completion, shells
+from hrcneuro.config import settings
+from hrcneuro.paradigm.design import CONDITIONS
 
 LINES = {
     "hrcneuro ep": ([], "ep"),
@@ -37,6 +40,21 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
         (["epo"], ["epoch"]),
         (["show", ""], ["acquire", "robot"]),
         (["epoch", "--set", ""], ["preprocess.", "study.", "conditions."]),
+        (["epoch", "--set", "study."], ["study.subjects=", "study.exclude="]),
+        (["epoch", "--set", "study.subjects="], ['study.subjects=["o\'brien", "s02"]']),
+        (
+            ["epoch", "--set", "study.stages="],
+            ['study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot"]'],
+        ),
+        (["epoch", "--set", "conditions."], ["conditions.go=", 'conditions."no go"=']),
+        (["epoch", "--set", "conditions.g"], ["conditions.go="]),
+        (["epoch", "--set", "conditions.go="], ["conditions.go=event == 'go'"]),
+        (["epoch", "--set", "contrasts."], ["contrasts.HR-HH_before="]),
+        (["epoch", "--set", "preprocess.l_freq="], ["preprocess.l_freq=0.7"]),
+        (["simulate", "--sweep", ""], ["accuracy=", "period=", "wide"]),
+        (["simulate", "--sweep", "ac"], ["accuracy="]),
+        (["run", ""], ["smoke", "paper", ""]),
+        (["epoch", "--config", "s"], ["smoke", ""]),
         (["epoch", "--set", "preprocess.l_"], ["preprocess.l_freq="]),
         (["robot", "--set", "robot.backend="], ["robot.backend=ursim", "robot.backend=ros"]),
         (["robot", "--set", "simulate.confound="], ["simulate.confound=true", "simulate.confound=false"]),
@@ -47,12 +65,41 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
     ],
 )
 def test_what_may_follow_is_offered(capsys, monkeypatch, tmp_path, words, some):
-    (tmp_path / "hrcneuro.toml").write_text('[study]\nsubjects = ["o\'brien", "s02"]\n')
+    (tmp_path / "hrcneuro.toml").write_text(
+        '[study]\nsubjects = ["o\'brien", "s02"]\n[preprocess]\nl_freq = 0.7\n'
+        '[conditions]\ngo = "event == \'go\'"\n"no go" = "event == \'nogo\'"\n'
+    )
     monkeypatch.chdir(tmp_path)
     assert set(some) <= set(offered(*words, capsys=capsys, monkeypatch=monkeypatch))
 
 
-@pytest.mark.parametrize("words", [["epoch", "--config", ""], ["nosuch", "x"], ["epoch", "--set", "nosuch.k"]])
+@pytest.mark.parametrize(
+    ("words", "all_of_them"),
+    [
+        (["epoch", "--config", "smoke", ""], ["s01", "s02", "s03"]),
+        (["epoch", "--config", "smoke", "--set", "study.subjects="], ['study.subjects=["s01", "s02", "s03"]']),
+        # Nothing that begins otherwise; files, of which there may be some.
+        (["run", "smo"], ["smoke", ""]),
+        (["run", "study."], [""]),
+        (["epoch", "--set", "conditions.R"], [f"conditions.{one}=" for one in CONDITIONS if one.startswith("R")]),
+        (["epoch", "--config", "nowhere.toml", ""], [f"s{i:02d}" for i in range(1, 13)]),
+    ],
+)
+def test_nothing_else_is_offered(capsys, monkeypatch, tmp_path, words, all_of_them):
+    monkeypatch.chdir(tmp_path)
+    assert offered(*words, capsys=capsys, monkeypatch=monkeypatch) == all_of_them
+
+
+def test_what_is_offered_behind_set_is_understood(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for section in ("study", "conditions", "contrasts", "problems", "simulate"):
+        keys = offered("epoch", "--set", f"{section}.", capsys=capsys, monkeypatch=monkeypatch)
+        given = [v for key in keys for v in offered("epoch", "--set", key, capsys=capsys, monkeypatch=monkeypatch)[:1]]
+        assert len(given) > 1
+        settings.load(assignments=given)
+
+
+@pytest.mark.parametrize("words", [["acquire", "--set", "acquire.path="], ["nosuch", "x"], ["epoch", "--set", "no.k"]])
 def test_where_nothing_is_offered_the_shell_offers_files(capsys, monkeypatch, words):
     assert offered(*words, capsys=capsys, monkeypatch=monkeypatch) == []
 
@@ -60,8 +107,9 @@ def test_where_nothing_is_offered_the_shell_offers_files(capsys, monkeypatch, wo
 def test_every_option_of_every_stage_is_offered_with_its_meaning():
     from hrcneuro.stages import NAMES
 
+    nothing_given = SimpleNamespace(params={})
     for stage in NAMES:
-        keys = completion.assignments(f"{stage}.")
+        keys = completion.assignments(nothing_given, f"{stage}.")
         assert keys
         assert all(name.startswith(f"{stage}.") and name.endswith("=") and help for name, help in keys)
 
@@ -98,6 +146,42 @@ compadd() { print -r -- "$*"; for offer in "${(@P)@[-1]}"; do print -r -- "offer
 words=(hrcneuro epoch o); CURRENT=3
 _hrcneuro
 """
+
+
+_FILES = """
+COMP_LINE="hrcneuro run s"; COMP_POINT=${#COMP_LINE}; COMP_WORDS=(hrcneuro run s); COMP_CWORD=2
+compopt() { echo "$*"; }
+_hrcneuro hrcneuro
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+_ZSH_FILES = """
+compadd() { print -r -- "${(@P)@[-1]}"; }
+compset() { print -r -- "compset $*"; }
+_files() { print files; }
+"""
+
+
+def test_bash_offers_names_and_files_together(tmp_path):
+    (tmp_path / "study.toml").touch()
+    (tmp_path / "other.toml").touch()
+    said, *found = run("bash", _FILES, tmp_path, ["smoke", "\t"])
+    assert (said, sorted(found)) == ("-o filenames", ["script", "smoke", "study.toml"])
+
+
+@pytest.mark.parametrize(
+    ("words", "offers", "printed"),
+    [
+        ("run s", ["smoke", "\t"], ["smoke", "files"]),
+        ("run st", ["\t"], ["files"]),
+        ("acquire --set acquire.path=rec", [""], ["compset -P 1 *=", "files"]),
+        ("epoch --config=st", ["\t"], ["compset -P 1 *=", "files"]),
+        ("epoch --workdir a=b/", [""], ["files"]),
+        ("epoch s", ["s01"], ["s01"]),
+    ],
+)
+def test_zsh_offers_files_where_they_may_stand(tmp_path, words, offers, printed):
+    asked = f'words=(hrcneuro {words}); CURRENT=$#words; PREFIX="$words[-1]"; _hrcneuro\n'
+    assert run_zsh(tmp_path, "compdef() { }\n", _ZSH_FILES + asked, offers) == printed
 
 
 def test_bash_puts_in_what_is_offered_and_no_space_behind_what_goes_on(tmp_path):

@@ -21,7 +21,8 @@ def simulate(seed, folder):
     """Return the words of the smallest run there is."""
     return [
         *("simulate", "--no-figures", "--executor", "serial", "-q", "--workdir", str(folder)),
-        *("--set", "simulate.repetitions=2", "--set", "simulate.episodes=20", "--set", f"simulate.seed={seed}"),
+        *("--set", "simulate.repetitions=2", "--set", "simulate.episodes=20"),
+        *("--set", "simulate.learner_repetitions=0", "--set", f"simulate.seed={seed}"),
     ]
 
 

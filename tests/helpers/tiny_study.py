@@ -6,10 +6,10 @@ import json
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
+
+from started import libraries
 
 ROOT = Path(__file__).parents[2]
 TINY = """
@@ -36,6 +36,7 @@ h_freq = 40.0
 
 [simulate]
 repetitions = 2
+learner_repetitions = 0
 episodes = 20
 """
 PIPELINE = """
@@ -63,15 +64,19 @@ class Copy:
         shutil.copytree(ROOT / "hrcneuro", self.package, ignore=shutil.ignore_patterns("__pycache__"))
 
     def python(self, *arguments, check=True, **environment):
-        """Run Python where ``hrcneuro`` is the copy."""
-        env = {**os.environ, "PYTHONPATH": str(self.package.parent), "NO_COLOR": "1", **environment}
-        if "HRCNEURO_CACHE" not in environment:
-            env.pop("HRCNEURO_CACHE", None)
-        done = subprocess.run(
-            [sys.executable, *map(str, arguments)], cwd=self.work, env=env, capture_output=True, text=True, check=False
+        """Return what ``python -m hrcneuro …`` or ``python -c …`` prints where ``hrcneuro`` is the copy."""
+        flag, what, *rest = arguments
+        place = self.package.parent
+        ended, out, err = libraries().run(
+            rest,
+            code=what if flag == "-c" else None,
+            cwd=self.work,
+            timeout=300,
+            environment={"PYTHONPATH": str(place), **environment},
+            paths=[place],
         )
-        assert not check or done.returncode == 0, done.stderr
-        return done.stdout
+        assert not check or ended == 0, err
+        return out
 
     def items(self, *arguments, workdir="study", **environment):
         """Return ``{"stage unit": item}`` of a command with ``--json``."""

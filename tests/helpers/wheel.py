@@ -30,8 +30,9 @@ def installed(home: Path) -> Path:
     site = next((environment / "lib").glob("python*/site-packages"))
     # Named in a .pth file, that folder's own .pth files do not count: the editable hrcneuro is out of sight.
     (site / "libraries.pth").write_text(sysconfig.get_path("purelib"))
-    install = [*pip, "--python", environment / "bin" / "python", "install", "--no-deps", "--no-index", package]
-    subprocess.run(install, check=True, capture_output=True)
+    install = [*pip, "--python", environment / "bin" / "python", "install", "--no-deps", "--no-index"]
+    # Also where it seems to be there: a clone that was installed has that in its folder.
+    subprocess.run([*install, "--force-reinstall", package], check=True, capture_output=True)
     return environment / "bin"
 
 

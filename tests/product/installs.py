@@ -2,7 +2,7 @@
 
     python tests/product/installs.py                             # pip, pipx, uv and the lowest versions, as a table
     python tests/product/installs.py --way lowest                # the oldest libraries that pyproject.toml allows
-    python tests/product/installs.py --way pip --python python3.13
+    python tests/product/installs.py --way pip --python python3.13 --extras xdf,export,bids,decoders,lsl
 
 Each way gets an empty folder, runs the smoke study there, and again (nothing may be computed), and where the extras are
 installed exports it in both ways. Exit code 1 where something of that fails. No part of the test suite, which has no
@@ -44,11 +44,12 @@ def quietly(command: list[str | Path], **options: object) -> str:
 
 @dataclass
 class Place:
-    """Where one way installs: a folder, the wheel, and the Python that users have."""
+    """Where one way installs: a folder, the wheel, the Python that users have, and the extras they ask for."""
 
     folder: Path
     wheel: Path
     python: str
+    extras: str = EXTRAS
 
     def tool(self, name: str) -> Path:
         """Return an installed tool from the registry that is none of the product's."""
@@ -62,7 +63,7 @@ def by_pip(place: Place) -> list[str]:
     """Into an environment of its own, the newest of everything, with the extras."""
     home = place.folder / "environment"
     quietly([place.python, "-m", "venv", home])
-    quietly([home / "bin" / "pip", "install", "--quiet", f"{place.wheel}[{EXTRAS}]"])
+    quietly([home / "bin" / "pip", "install", "--quiet", f"{place.wheel}[{place.extras}]"])
     return [str(home / "bin" / "hrcneuro")]
 
 
@@ -84,7 +85,7 @@ def lowest(place: Place) -> list[str]:
     home, uv = place.folder / "environment", place.tool("uv")
     quietly([place.python, "-m", "venv", home])
     install = [uv, "pip", "install", "--quiet", "--python", home / "bin" / "python"]
-    extras = [word for name in EXTRAS.split(",") for word in ("--extra", name)]
+    extras = [word for name in place.extras.split(",") for word in ("--extra", name)]
     # From the file itself: what a wheel asks for is nothing direct, and would come in its newest version.
     quietly([*install, "--resolution", "lowest-direct", "-r", ROOT / "pyproject.toml", *extras])
     quietly([*install, "--no-deps", place.wheel])
@@ -133,6 +134,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--way", action="append", choices=WAYS, help="all where none is given")
     parser.add_argument("--python", default=sys.executable, help="the Python that users have")
+    parser.add_argument("--extras", default=EXTRAS, help="of the ways pip and lowest; ur has no package for 3.13 yet")
     given = parser.parse_args()
     failed = 0
     with tempfile.TemporaryDirectory() as name:
@@ -141,7 +143,7 @@ def main() -> int:
         version = quietly([given.python, "--version"]).strip()
         print(f"{package.name}, {version}\n\n| way | seconds | what went wrong |\n|---|---|---|", flush=True)
         for way in given.way or WAYS:
-            begin, place = time.monotonic(), Place(folder / way, package, given.python)
+            begin, place = time.monotonic(), Place(folder / way, package, given.python, given.extras)
             place.folder.mkdir()
             try:
                 wrong = try_out(WAYS[way](place), place.folder / "work", extras=way in WITH_EXTRAS)

@@ -42,6 +42,8 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
     assert done.code == 0
     found = examples(done.out)
     assert len(found) == 2
+    # It needs nothing of the study, whose sweep is the one that was asked for last.
+    work = tmp_path / "study" if words == ["simulate"] else smoke
     for example in found:
         arguments = shlex.split(example)
         given = [] if words == ["run"] or "--config" in arguments else ["--config", "smoke"]
@@ -50,15 +52,18 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
         if "ursim" in arguments:
             # In real time, and on a machine that runs other tests: test_ur10_drivers.py drives it.
             given.append("--dry-run")
+        if words == ["simulate"]:
+            # Long ones, whatever the study; what comes out of a sweep is tested in test_sweep_result.py.
+            given += ["--no-figures", "--set", "simulate.episodes=20", "--set", "simulate.sweep_repetitions=2"]
         if words == ["ur10", "serve"]:
             # It ends with its standard input, which is closed here; the address is one that no other test uses.
             given += ["--until-stdin-closes", "--address", f"127.{1 + os.getpid() % 250}.0.2"]
         if words == ["cache", "gc"] and "--dry-run" not in arguments:
             given.append("--dry-run")
         if "--workdir" not in arguments:
-            given += ["--workdir", str(smoke)]
+            given += ["--workdir", str(work)]
         else:
-            arguments[arguments.index("--workdir") + 1] = str(smoke)
+            arguments[arguments.index("--workdir") + 1] = str(work)
         again = hrcneuro(*arguments, *given, cwd=tmp_path)
         assert again.code == 0, f"{example}: {again.err}"
 

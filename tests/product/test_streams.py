@@ -133,7 +133,7 @@ def test_a_study_lives_in_a_folder_whose_name_is_not_utf8(tiny):
     assert (code, r"caf\xe9/cache/acquire" in printed) == (0, True)
     # What it prints is a path that a shell finds.
     assert shell(f'ls "$(hrcneuro path acquire s01 {given})"', tiny)[0] == 0
-    assert shell(f"hrcneuro report {given}", tiny)[0] == 0
+    assert shell(f"hrcneuro report {given.replace('-j 2', '-j 1')}", tiny)[0] == 0
     (log, *_) = (tiny / BAD / "results" / "log").iterdir()
     assert all(json.loads(line)["event"] for line in log.read_text(encoding="utf-8").splitlines())
 

@@ -114,8 +114,8 @@ SLIP = ["--set", "acquire.event_map.gone=gone", "--set", "conditions.slip=\"even
 
 def test_what_no_subject_has_is_a_mistake_of_the_configuration(hrcneuro, study):
     checked = hrcneuro("config", "check", *SLIP, cwd=study)
-    one = hrcneuro("erp", "p1", *SLIP, cwd=study)
-    group = hrcneuro("erp", *SLIP, "-j", "1", cwd=study)
+    one = hrcneuro("erp", "p1", *SLIP, "--no-figures", cwd=study)
+    group = hrcneuro("erp", *SLIP, "--no-figures", cwd=study)
     assert (checked.code, one.code, group.code) == (2, 0, 2), checked.err + one.err + group.err
     for text in (checked.err, group.err):
         assert "the marker 'gone' of acquire.event_map" in text
