@@ -76,7 +76,9 @@ def status(options: Options) -> int:
 )
 def show(
     options: Options,
-    stage: Annotated[str, typer.Argument(help="The stage.", autocompletion=completion.stages)],
+    stage: Annotated[
+        str, typer.Argument(help="The stage; none: what there is to show.", autocompletion=completion.stages)
+    ] = "",
     unit: Annotated[
         str,
         typer.Argument(
@@ -89,37 +91,58 @@ def show(
     from hrcneuro.pipeline import graph
     from hrcneuro.pipeline.workdir import Workdir
 
-    graph.check_stage(stage)
     settings = bring.settings(options)
     workdir = Workdir(options.workdir)
+    talk = bring.console(replace(options, quiet=False))
+    if not stage:
+        lines = results.there(settings, workdir)
+        if options.json:
+            pairs = [line.split(maxsplit=1) for line in lines]
+            print(json.dumps({"command": "show", "ok": True, "stages": {a: b.split(", ") for a, b in pairs}}, indent=1))
+        talk.results([*lines, "hrcneuro show STAGE [UNIT] prints the numbers of one"])
+        return 0
+    graph.check_stage(stage)
     if unit and unit not in OF_ALL and not workdir.pointer(stage, unit):
         graph.targets(settings, [stage], [unit])  # which says what is wrong with a name that nobody has
     units = [unit] if unit else results.units(settings, workdir, stage)
-    summaries, note = results.asked(settings, workdir, stage, units)
+    summaries, note = results.of_configuration(settings, workdir, stage, units)
     if options.json:
-        print(json.dumps({"command": "show", "ok": True, "stage": stage, "units": summaries}, indent=1))
-        return 0
-    talk = bring.console(replace(options, quiet=False))
+        noted = {"note": note} if note else {}
+        printed = {"command": "show", "ok": True, "stage": stage, **noted, "units": summaries}
+        print(json.dumps(printed, indent=1))
     talk.results(results.blocks([(stage, one, summary) for one, summary in summaries.items()], every=True))
     if note:
         bring.console(options).say(f"note: {note}", style="yellow")
     return 0
 
 
-@command("Print where an artifact lies.", "path preprocess s01", "path epoch s01 conditions.parquet", name="path")
+@command(
+    "Print where an artifact of this configuration lies.",
+    "path preprocess s01",
+    "path epoch s01 conditions.parquet",
+    name="path",
+)
 def path(
     options: Options,
     stage: Annotated[str, typer.Argument(help="The stage that wrote it.", autocompletion=completion.stages)],
     unit: Annotated[str, typer.Argument(help="A subject, or group.", autocompletion=completion.units)],
     file: Annotated[str, typer.Argument(help="A file of the entry; none prints its folder.")] = "",
+    last: Annotated[
+        bool, typer.Option("--last", help="What was last computed here, whatever the configuration asks for.")
+    ] = False,
 ) -> int:
     """Print where an artifact lies."""
-    from hrcneuro.pipeline import graph
+    from hrcneuro.cli import bring
+    from hrcneuro.pipeline import asked, graph
     from hrcneuro.pipeline.workdir import Workdir
 
     graph.check_stage(stage, joint=True)
-    place = str(Workdir(options.workdir).artifact(stage, unit, file))
-    print(json.dumps({"command": "path", "ok": True, "path": place}, indent=1) if options.json else place)
+    workdir = Workdir(options.workdir)
+    if last:
+        place = workdir.artifact(stage, unit, file)
+    else:
+        place = asked.place(bring.settings(options), workdir, stage, unit, file)
+    print(json.dumps({"command": "path", "ok": True, "path": str(place)}, indent=1) if options.json else place)
     return 0
 
 
