@@ -106,8 +106,9 @@ def bring(
     wanted = list(wanted)
     tasks = _graph(options, settings, wanted, joint=joint)
     for name in dict.fromkeys(task.name for task in tasks if not task.draws):
-        for note in stages.load(name).notes(settings.sections[name]):
+        for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
+        stages.load(name).ready(settings.sections[name])
     study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
     forced = _forced(wanted, tasks) if options.force else []
     if _one_at_a_time(settings, tasks):

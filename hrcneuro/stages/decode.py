@@ -95,13 +95,6 @@ def check(config: Config) -> list[str]:
         mistakes += [f"recipes.{name}.{misfit}" for misfit in misfits(recipe)]
     if not config.decoders or len(set(config.decoders)) < len(config.decoders):
         mistakes.append(f"decoders = {list(config.decoders)}: give at least one name, and each only once")
-    for problem, classes in config.problems.items():
-        if len(classes) != 2 or classes[0] == classes[1]:
-            mistakes.append(f"problem {problem} = {list(classes)}: it needs two different conditions")
-        for name in classes:
-            if name not in config.conditions:
-                hint = did_you_mean(name, config.conditions)
-                mistakes.append(f"problem {problem} names the condition {name!r}{hint}, which is not in [conditions]")
     if len(config.mean_window_s) != 2 or config.mean_window_s[0] >= config.mean_window_s[-1]:
         mistakes.append(f"mean_window_s = {list(config.mean_window_s)}: give start and end, start first")
     return mistakes
@@ -125,6 +118,27 @@ def sources(config: Config, unit: str) -> dict[str, Path]:
                 )
             found |= {f"{name}/{one}": path for one, path in estimators.files(file).items()}
     return found
+
+
+def ready(config: Config) -> None:
+    """Make each estimator of other people once.
+
+    Raises:
+        ConfigError: Some cannot be imported or made, each with its recipe's name.
+    """
+    from hrcneuro.analyses import estimators
+
+    sources(config, "")
+    mistakes = []
+    for name, recipe in config.foreign.items():
+        try:
+            if not recipe.file:
+                estimators.distribution(recipe.estimator)
+            estimators.maker(recipe, seed=config.seed)
+        except EstimatorError as error:
+            mistakes.append(f"decode.recipes.{name}: {error}")
+    if mistakes:
+        raise ConfigError("\n".join(mistakes), cure="correct [decode.recipes]")
 
 
 def packages(config: Config) -> tuple[str, ...]:
@@ -272,6 +286,7 @@ STAGE = Stage(
     check=check,
     sources=sources,
     packages=packages,
+    ready=ready,
     subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
     group=Work(run_group, (Read("decode", ("scores.parquet",), Of.INCLUDED),)),
 )

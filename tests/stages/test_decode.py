@@ -362,7 +362,6 @@ def test_check_names_every_contradiction():
     bad = replace(
         QUICK,
         decoders=("rlda", "toeplitz", "rlda"),
-        problems={"one": ("HH_before",), "two": ("HH_befor", "HR_before")},
         mean_window_s=(0.8, 0.0),
         recipes={
             "steep": decode.Recipe("rlda", params={"shrinkage": 1.5}),
@@ -379,8 +378,6 @@ def test_check_names_every_contradiction():
     for part in (
         "'toeplitz' (did you mean 'toeplitz_lda'?)",
         "only once",
-        "problem one",
-        "did you mean 'HH_before'",
         "start first",
         "recipes.steep.params = {'shrinkage': 1.5}; allowed for rlda: 0 < shrinkage <= 1",
         "recipes.flat.features = 'epochs'; allowed for rlda: windows, windows_600, steps, windows_bands",
