@@ -67,7 +67,7 @@ class Config(Scheme):
     )
     split: str = option("scenario", "trial column whose values are decoded apart; empty for none", shared="split")
     decoders: tuple[str, ...] = option(
-        ("rlda", "rlda_600"), "names of recipes; the first enters the summary, the others are compared with it"
+        ("rlda", "rlda_600"), "names of recipes; the first is the study's, the others are compared with it"
     )
     recipes: dict[str, Recipe] = option({}, "recipes of your own, [decode.recipes.NAME], beside the built-in ones")
     seed: int = option(2023, "seed of folds, draws and permutations", low=0)
@@ -195,7 +195,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
                 rows = np.flatnonzero(inside & (members[class1] | members[class2]))
                 own = crossval.distinct(onsets_s[rows])
                 if not own.all():
-                    rows_of.warnings.append(_twins(f"{scenario} {name}", members[class2][rows], own))
+                    rows_of.warnings.append(_twins(f"{scenario} {name}", (class1, class2), members[class2][rows], own))
                 rows = rows[own]
                 trials = _trials(table.iloc[rows], members[class2][rows], onsets_s[rows])
                 seed = [config.seed, *inputs.unit.encode(), 0, *scenario.encode(), 0, *name.encode()]
@@ -248,14 +248,14 @@ def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     return rows
 
 
-def _twins(problem: str, second: np.ndarray, own: np.ndarray) -> str:
+def _twins(problem: str, classes: tuple[str, str], second: np.ndarray, own: np.ndarray) -> str:
     """Return a sentence on the trials that are left out, since they are events of other trials."""
     from hrcneuro.decoding.crossval import ONE_EVENT_S
 
     counts = [int((~own & of_class).sum()) for of_class in (~second, second)]
     return (
-        f"{problem}: {counts[0]} trials of class 1 and {counts[1]} of class 2 are left out: they begin less than "
-        f"{ONE_EVENT_S:g} s after another trial and hold its samples"
+        f"{problem}: {counts[0]} trials of {classes[0]} and {counts[1]} of {classes[1]} are left out: they begin less "
+        f"than {ONE_EVENT_S:g} s after another trial and hold its samples"
     )
 
 
