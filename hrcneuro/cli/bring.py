@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -46,12 +46,15 @@ def stage(
     *,
     others: Mapping[str, Sequence[str]] | None = None,
     mistakes: Sequence[str] = (),
+    notes: Callable[[Settings, Sequence[Item]], Sequence[str]] = lambda study, items: (),
 ) -> int:
-    """Bring a stage, and what it stands on, up to date."""
+    """Bring a stage, and what it stands on, up to date; ``notes`` are what a person should know of the result."""
     study = settings(options, others=others, mistakes=mistakes)
     wanted = graph.targets(study, [name], subjects or ())
     with logged(name, options, study) as log:
         items = bring(options, study, wanted, log)
+        for note in notes(study, items) if not options.dry_run else ():
+            console(options).say(f"note: {note}", style="yellow")
         code = finished(name, options, items, wanted)
         log.end(items, code)
     return code

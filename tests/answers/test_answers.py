@@ -179,6 +179,13 @@ def test_where_nothing_was_decoded_it_says_so():
     assert answers.lines("decode", "s01", {"warnings": ["no problems"]}) == ["nothing was decoded"]
 
 
+def test_events_are_not_called_conditions():
+    summary, _ = SUMMARIES["epoch", "s01"]
+    events = {**summary, "counts": {"all": {"target": 16}}, "total": {"target": 16}, "counted": "events"}
+    assert "trials by event:" in answers.lines("epoch", "demo", events)
+    assert "trials by event: target 16.0 ± 0.0" in answers.together("epoch", {"a": events, "b": events})
+
+
 @pytest.mark.parametrize(("hits", "n"), [(0, 12), (7, 12), (251, 410), (410, 410)])
 def test_the_interval_is_wilsons(hits, n):
     reference = binomtest(hits, n).proportion_ci(method="wilson")
