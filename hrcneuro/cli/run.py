@@ -158,7 +158,8 @@ def report(options: Options) -> int:
     settings = bring.settings(options)
     talk = bring.console(options)
     if options.dry_run:
-        drawn = [item for item in bring.planned(options, settings) if item.draws and not item.state.done]
+        items = bring.planned(options, settings)
+        drawn = [item for item in items if item.draws and not item.state.done]
         draws = ", ".join(f"{i.stage} {i.unit}" for i in drawn) or "nothing"
         place: Path | None = shelf.folder(Workdir(options.workdir).results, settings) / shelf.PAGE
         talk.results([f"would draw {draws}", f"would write {place}"])
@@ -168,11 +169,14 @@ def report(options: Options) -> int:
             place = _write_report(options, settings, items)
             if place is None:
                 raise _nothing(options, settings)
+            if lacks := shelf.told(settings, items):
+                talk.say(f"note: {lacks}", style="yellow")
             failed = [item for item in items if item.draws and item.state is State.FAILED]
             code = talk.failures(failed)
             log.end(items, code)
     if options.json:
-        print(json.dumps({"command": "report", "ok": code == 0, "report": str(place)}, indent=1))
+        missing = shelf.lacking(settings, items)
+        print(json.dumps({"command": "report", "ok": code == 0, "report": str(place), "missing": missing}, indent=1))
     return code
 
 
@@ -227,10 +231,13 @@ def _nothing(options: Options, settings: Settings) -> HrcError:
     from hrcneuro.pipeline.workdir import Workdir
     from hrcneuro.report import shelf
 
-    results = Workdir(options.workdir).results
+    results, own = Workdir(options.workdir).results, shelf.name(settings)
     there = shelf.names(results)
-    problem = f"nothing of this configuration ({shelf.name(settings)}) has run in {results.parent}"
-    if there:
+    has = "is up to date" if own in there else "has run"
+    problem = f"nothing of this configuration ({own}) {has} in {results.parent}"
+    if own in there:
+        problem += f"; its earlier report is {shelf.folder(results, settings) / shelf.PAGE}"
+    elif there:
         problem += f"; the reports there are of {', '.join(there)}"
     return DataError(
         problem, cure="run it first: hrcneuro run, with the same --config and --set; or name those of what has run"

@@ -185,6 +185,19 @@ def test_a_report_of_what_has_not_run_is_refused(hrcneuro, tmp_path):
     assert not (tmp_path / "results" / "report.html").exists()
 
 
+def test_a_report_of_a_part_says_what_is_missing(hrcneuro, tiny):
+    given = ("--config", tiny / "tiny.toml", "--workdir", tiny, "--executor", "serial")
+    assert hrcneuro("acquire", "s01", *given).code == 0
+    done = hrcneuro("report", "--no-figures", *given)
+    assert done.code == 0, done.err
+    assert "17 of 18 results of this configuration are missing: acquire s02; preprocess s01, s02; epoch" in done.err
+    assert "hrcneuro run, with the same --config and --set, makes them" in done.err
+    printed = hrcneuro("report", "--no-figures", "--json", *given).json
+    assert printed["ok"] is True
+    assert len(printed["missing"]) == 17
+    assert printed["missing"][:2] == ["acquire s02", "preprocess s01"]
+
+
 def test_path_prints_where_an_artifact_lies(hrcneuro, smoke):
     given = ("--config", "smoke", "--workdir", smoke)
     for words in (
