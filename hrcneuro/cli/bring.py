@@ -89,7 +89,7 @@ def finished(
 
 def planned(options: Options, settings: Settings) -> list[Item]:
     """Return what would happen to every task of the study; nothing runs."""
-    return swept.told(settings, _whole(options, settings).plan())
+    return swept.told(settings, whole(options, settings).plan())
 
 
 def logged(name: str, options: Options, settings: Settings) -> contextlib.AbstractContextManager[RunLog]:
@@ -127,12 +127,12 @@ def bring(
 
 def draw(options: Options, settings: Settings, log: RunLog) -> list[Item]:
     """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
-    study = _whole(options, settings)
+    study = whole(options, settings)
     forced = [task for task in study.nodes if task.draws] if options.force else []
     return swept.told(settings, _walked(options, study, log, forced=forced, pictures_only=True))
 
 
-def _whole(options: Options, settings: Settings) -> walk.Run:
+def whole(options: Options, settings: Settings) -> walk.Run:
     """Return the whole study, with the sweep that was asked for last."""
     workdir = Workdir(options.workdir)
     known = swept.remembered(settings, workdir)

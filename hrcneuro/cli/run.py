@@ -189,6 +189,8 @@ def _all_of(options: Options, settings: Settings, items: Sequence[Item]) -> list
     from hrcneuro.contract import GROUP
 
     shown = {(item.stage, item.unit): item for item in items}
+    if all((task.name, task.unit) in shown for task in bring.whole(options, settings).nodes):
+        return list(items)  # there is no more, so nothing to look for
     for one in bring.planned(options, settings):
         place = (one.stage, one.unit)
         if one.state.done and (place not in shown or (one.draws and one.unit == GROUP)):

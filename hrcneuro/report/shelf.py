@@ -89,8 +89,8 @@ def told(settings: Any, items: Sequence[Item]) -> str:
     total = len(graph.targets(settings, settings.stages, ()))
     first = "; ".join(parts[:_FEW])
     return (
-        f"{len(names)} of {total} results of this configuration are missing: {first}{also}. hrcneuro run, with the same "
-        "--config and --set, makes them"
+        f"{len(names)} of {total} results of this configuration are missing: {first}{also}. hrcneuro run, with the "
+        "same --config and --set, makes them"
     )
 
 
