@@ -179,7 +179,8 @@ class Study:
         """Return where a unit's folder, or one file of it, lies.
 
         Raises:
-            DataError: The unit has not run, or has no such file.
+            ConfigError: The study has no such unit.
+            DataError: The unit has not run with this configuration, or has no such file.
         """
         self._check(stage, unit)
         if self.settings is None:

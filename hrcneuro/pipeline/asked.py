@@ -14,6 +14,8 @@ from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.workdir import Workdir
 
+_LAST = "--last (in Python last=True) takes what ran last, whatever its configuration"
+
 
 def whole(settings: Settings, workdir: Workdir) -> list[Item]:
     """Return how the numbers of the whole study stand; nothing runs."""
@@ -112,13 +114,15 @@ def _absent(workdir: Workdir, stage: str, unit: str, items: Sequence[Item]) -> D
     command = f"hrcneuro {stage}{own}"
     failed = next((item.error for item in items if item.state is State.FAILED), None)
     if failed is not None:
-        return DataError(f"whether {stage} of {unit} is there cannot be told: {failed.problem}", cure=failed.cure)
+        last = f"; {_LAST}" if workdir.pointer(stage, unit) else ""
+        return DataError(
+            f"whether {stage} of {unit} is there cannot be told: {failed.problem}", cure=f"{failed.cure}{last}"
+        )
     if not workdir.pointer(stage, unit):
         return DataError(f"{stage} of {unit} has not run in {workdir.folder}", cure=command)
     why = f" ({cause(items)})" if items else ""
     return DataError(
         f"{stage} of {unit} has not been computed with this configuration in {workdir.folder}; what was last computed "
         f"there is another{why}",
-        cure=f"compute it: {command}, with the same --config and --set; or name those of what is there; --last (in "
-        "Python last=True) takes it whatever its configuration",
+        cure=f"compute it: {command}, with the same --config and --set; or name those of what is there; {_LAST}",
     )

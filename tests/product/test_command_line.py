@@ -233,13 +233,30 @@ def test_path_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcn
     assert hrcneuro("path", "decode", "sweep", *given).code == 2
 
 
+def test_path_says_where_it_cannot_know_what_is_asked(hrcneuro, smoke):
+    given = (
+        "--config",
+        "smoke",
+        "--workdir",
+        smoke,
+        "--set",
+        "acquire.source=dataset",
+        "--set",
+        "acquire.path=/nowhere",
+    )
+    done = hrcneuro("path", "epoch", "s01", *given)
+    assert (done.code, done.out) == (3, "")
+    assert "whether epoch of s01 is there cannot be told: the data folder /nowhere does not exist" in done.err
+    assert hrcneuro("path", "epoch", "s01", "--last", *given).code == 0
+
+
 def test_show_alone_lists_what_there_is(hrcneuro, smoke, tmp_path):
     given = ("--config", "smoke", "--workdir", smoke)
     done = hrcneuro("show", *given)
     assert done.code == 0, done.err
     assert "epoch       s01, s02, s03\n" in done.out
     assert "decode      s01, s02, s03, group\n" in done.out
-    assert hrcneuro("show", "--json", *given).json["stages"]["simulate"] == ["group"]
+    assert hrcneuro("show", "--json", *given).json["stages"]["simulate"][0] == "group"
     other = hrcneuro("show", *given, "--set", "acquire.seed=5", "--set", "simulate.seed=5")
     assert (other.code, other.out) == (3, "")
     assert "with another one have: acquire s01" in other.err
