@@ -8,9 +8,10 @@ PIP := $(BIN)/pip install --quiet --constraint constraints.txt --editable
 .PHONY: all smoke test chaos lint docs bench cases installs clean
 .DEFAULT_GOAL := all
 
-all: $(VENV)/runs             ## the whole synthetic study of 12 subjects, ending with results/report.html
+all:                          ## the whole synthetic study of 12 subjects, ending with results/report.html
 	@echo "The whole study on $(JOBS) workers: about 20 minutes on two cores, and 8 GB of disk in this folder (cache/)."
 	@echo "Ctrl-C ends it at any time; the same command goes on from there. 'make smoke' is the same in short."
+	@$(MAKE) --no-print-directory $(VENV)/runs
 	$(BIN)/hrcneuro run pipelines/paper.toml -j $(JOBS)
 
 smoke: $(VENV)/runs           ## three short subjects through every stage
@@ -51,6 +52,7 @@ clean:
 
 # What running needs; then what the documentation, and what the tests need besides.
 $(VENV)/runs: pyproject.toml constraints.txt
+	@echo "First the environment, $(VENV): a minute or two, and a download of the libraries."
 	$(PYTHON) -m venv $(VENV)
 	$(PIP) .
 	touch $@

@@ -1,11 +1,11 @@
 """The artifacts of a study for notebooks: ``hrcneuro.open("results").epochs("s01")`` is a plain MNE object.
 
-Nothing is computed here: what a stage has published is read as it is. ``hrcneuro status`` tells whether it is fresh.
+Nothing is computed here: what a stage has published is read as it is, and only what the configuration asks for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro import answers
 from hrcneuro.answers import html
 from hrcneuro.contract import GROUP, OF_ALL
+from hrcneuro.drawings import JOINT
 from hrcneuro.errors import DataError, did_you_mean
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.workdir import FIGURES, Workdir
 from hrcneuro.stages import NAMES as STAGES
 
 if TYPE_CHECKING:
     import mne
     import pandas as pd
 
+    from hrcneuro.config.settings import Settings
     from hrcneuro.io.tables import Table
 
 _GROUP_ONLY = ("simulate",)
@@ -60,36 +62,50 @@ class Tables(dict[str, "Table"]):
 
 
 class Study:
-    """What has run in a working folder; see :func:`open`."""
+    """What has run in a working folder with a configuration; see :func:`hrcneuro.open`.
 
-    def __init__(self, workdir: Workdir) -> None:
+    Args:
+        workdir: The folder.
+        settings: The configuration; None takes what ran last, whatever its configuration.
+    """
+
+    def __init__(self, workdir: Workdir, settings: Settings | None = None) -> None:
         self.workdir = workdir
+        self.settings = settings
 
     def __repr__(self) -> str:
         return f"<hrcneuro study in {self.workdir.folder}: {', '.join(self.subjects) or 'nothing has run'}>"
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: which units of which stages have run, and the numbers of each group."""
-        stages = [name for name in STAGES if name in self.stages]
-        units = [*self.subjects, *([GROUP] if any(GROUP in self.stages[name] for name in stages) else [])]
-        rows = [[unit, *("✓" if unit in self.stages[name] else "" for name in stages)] for unit in units]
-        groups = [self.show(name, GROUP) for name in stages if GROUP in self.stages[name]]
+        ran = {name: units for name, units in self.stages.items() if name in STAGES}
+        stages = [name for name in STAGES if name in ran]
+        groups = [self.show(name, GROUP) for name in stages if GROUP in ran[name]]
+        units = [*_subjects(ran), *([GROUP] if groups else [])]
+        rows = [[unit, *("✓" if unit in ran[name] else "" for name in stages)] for unit in units]
         caption = f"hrcneuro study in {self.workdir.folder}"
         return html.table(caption, ["unit", *stages], rows) + "".join(one._repr_html_() for one in groups)
 
     @property
     def subjects(self) -> tuple[str, ...]:
         """Subjects of which some stage has run, in the order of their names."""
-        ran = self.workdir.keys()
-        return tuple(sorted({unit for stage, unit, _ in ran if unit not in OF_ALL and stage not in _GROUP_ONLY}))
+        return _subjects(self.stages)
 
     @property
     def stages(self) -> dict[str, tuple[str, ...]]:
         """Stage -> the units of which it has run."""
         units: dict[str, list[str]] = {}
-        for stage, unit, _ in sorted(self.workdir.keys()):
+        for stage, unit in sorted(self._ran()):
             units.setdefault(stage, []).append(unit)
         return {stage: tuple(names) for stage, names in units.items()}
+
+    def _ran(self) -> set[tuple[str, str]]:
+        if self.settings is None:
+            entries = self.workdir.keys()
+            return {(stage, unit) for stage, unit, _ in entries if not stage.endswith(FIGURES)}
+        from hrcneuro.pipeline import asked
+
+        return {(item.stage, item.unit) for item in asked.whole(self.settings, self.workdir) if item.state.done}
 
     def raw(self, subject: str) -> mne.io.BaseRaw:
         """Return the recording as acquired: EEG and EOG, not loaded into memory (channels × samples, volts)."""
@@ -131,9 +147,14 @@ class Study:
         Raises:
             DataError: The unit has not run.
         """
-        # With the nearest name where there is no such stage or unit.
-        self.path(stage, unit)
-        return self.workdir.summary(stage, unit)
+        if self.settings is None:
+            # With the nearest name where there is no such stage or unit.
+            self.path(stage, unit)
+            return self.workdir.summary(stage, unit)
+        from hrcneuro.pipeline import asked
+
+        self._check(stage, unit)
+        return asked.result(self.settings, self.workdir, stage, unit).summary
 
     def show(self, stage: str, unit: str = GROUP) -> Answer:
         """Return what came out of a unit of a stage, in words and units, as ``hrcneuro show`` prints it.
@@ -158,14 +179,30 @@ class Study:
         """Return where a unit's folder, or one file of it, lies.
 
         Raises:
-            DataError: The unit has not run, or has no such file.
+            ConfigError: The study has no such unit.
+            DataError: The unit has not run with this configuration, or has no such file.
         """
-        known = self.stages
-        if stage not in known and (hint := did_you_mean(stage, known)):
-            raise DataError(f"no stage {stage!r} has run{hint}", cure=f"these have: {', '.join(known)}")
-        if unit not in known.get(stage, ()) and (hint := did_you_mean(unit, known.get(stage, ()))):
-            raise DataError(f"{stage} of {unit!r} has not run{hint}", cure=f"it has of: {', '.join(known[stage])}")
-        return self.workdir.artifact(stage, unit, file)
+        self._check(stage, unit)
+        if self.settings is None:
+            return self.workdir.artifact(stage, unit, file)
+        from hrcneuro.pipeline import asked
+
+        return asked.place(self.settings, self.workdir, stage, unit, file)
+
+    def _check(self, stage: str, unit: str) -> None:
+        """Refuse a name that is none, with the nearest one."""
+        known = (*STAGES, *JOINT)
+        if stage not in known:
+            raise DataError(
+                f"there is no stage {stage!r}{did_you_mean(stage, known)}", cure=f"stages: {', '.join(known)}"
+            )
+        entries = self.workdir.keys()
+        ran = sorted({one for _, one, _ in entries})
+        subjects = (*(self.settings.study.subjects if self.settings else ()), *ran)
+        if unit not in subjects and (hint := did_you_mean(unit, subjects)):
+            raise DataError(
+                f"{stage} of {unit!r} has not run{hint}", cure=f"units: {', '.join(dict.fromkeys(subjects))}"
+            )
 
     def _recording(self, stage: str, subject: str, name: str) -> mne.io.BaseRaw:
         from hrcneuro.io.fif import read_raw
@@ -181,14 +218,30 @@ class Study:
         )
 
 
-def open(folder: str | Path = ".") -> Study:
-    """Return the study whose working folder, or whose ``results``, this is.
+def _subjects(ran: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Return the subjects among the units of stages (stage -> units)."""
+    units = {unit for stage, of in ran.items() if stage not in _GROUP_ONLY for unit in of}
+    return tuple(sorted(units - {*OF_ALL}))
+
+
+def open(
+    folder: str | Path = ".", config: str | Path | None = None, set: Sequence[str] = (), *, last: bool = False
+) -> Study:
+    """Return the study in a folder, as :func:`hrcneuro.open` says.
 
     Raises:
+        ConfigError: The configuration has a mistake.
         DataError: Nothing has run there.
     """
     path = Path(folder)
     for candidate in (path, path.absolute().parent if path.absolute().name == "results" else path):
         if (candidate / "results").is_dir():
-            return Study(Workdir(candidate))
+            return Study(Workdir(candidate), None if last else _settings(candidate, config, set))
     raise DataError(f"{path} holds no results", cure="name the folder in which hrcneuro ran, or the results in it")
+
+
+def _settings(folder: Path, config: str | Path | None, assignments: Sequence[str]) -> Settings:
+    from hrcneuro.config import settings
+
+    own = folder / "hrcneuro.toml"
+    return settings.load(Path(config) if config else own if own.is_file() else None, assignments)

@@ -200,6 +200,8 @@ class Stage:
         by_subject: Options of which a subject may have values of its own, under ``[STAGE.subjects.NAME]``.
         sessions: How many units may run at a time.
         notes: Returns what a person should know before anything of it runs.
+        ready: Raises ConfigError where other people's code that the configuration names cannot be used; before anything
+            runs, and where the configuration is checked.
         moves: Whether it is about moves on the grid, so that a study without any has no use for it.
     """
 
@@ -216,6 +218,7 @@ class Stage:
     by_subject: tuple[str, ...] = ()
     sessions: Callable[[Any], Sessions] = lambda config: Sessions.SIDE_BY_SIDE
     notes: Callable[[Any], list[str]] = lambda config: []
+    ready: Callable[[Any], None] = lambda config: None
     moves: bool = False
 
 

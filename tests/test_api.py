@@ -2,16 +2,19 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import hrcneuro as package
 from hrcneuro.errors import DataError
 
+ROOT = Path(__file__).parents[1]
+
 
 @pytest.fixture(scope="module")
 def study(smoke):
-    return package.open(smoke)
+    return package.open(smoke, "smoke")
 
 
 def test_importing_the_package_loads_nothing_heavy():
@@ -20,11 +23,32 @@ def test_importing_the_package_loads_nothing_heavy():
 
 
 def test_results_and_their_folder_are_the_same_study(smoke, study, monkeypatch):
-    assert package.open(smoke / "results").subjects == study.subjects == ("s01", "s02", "s03")
-    assert package.open(str(smoke)).stages == study.stages
+    assert package.open(smoke / "results", "smoke").subjects == study.subjects == ("s01", "s02", "s03")
+    assert package.open(str(smoke), "smoke").stages == study.stages == package.open(smoke, last=True).stages
     monkeypatch.chdir(smoke)
-    assert package.open("results").subjects == study.subjects
-    assert "s01, s02, s03" in repr(package.open())
+    assert package.open("results", "smoke").subjects == study.subjects
+    assert "s01, s02, s03" in repr(package.open(config="smoke"))
+
+
+def test_a_study_is_what_its_configuration_asks_for(smoke, study, tmp_path):
+    other = package.open(smoke, "smoke", ["epoch.reject_uv=900"])
+    assert set(other.stages) == {"acquire", "preprocess", "simulate", "robot"}
+    for call in (other.epochs, lambda unit: other.summary("epoch", unit), lambda unit: other.show("epoch", unit)):
+        with pytest.raises(DataError, match=r"params: epoch\.reject_uv 1000\.0 -> 900\.0"):
+            call("s01")
+    assert other.path("preprocess", "s01") == study.path("preprocess", "s01")
+    last = package.open(smoke, "smoke", ["epoch.reject_uv=900"], last=True)
+    assert last.path("epoch", "s01") == study.path("epoch", "s01")
+    assert last.summary("epoch", "s01") == study.summary("epoch", "s01")
+    # The configuration in the study's own folder is found there.
+    for name in ("results", "cache"):
+        (tmp_path / name).symlink_to(smoke / name)
+    text = (ROOT / "configs" / "smoke.toml").read_text()
+    (tmp_path / "hrcneuro.toml").write_text(text)
+    assert package.open(tmp_path).stages == study.stages
+    (tmp_path / "hrcneuro.toml").write_text(text.replace("repeats = 2", "repeats = 1"))
+    assert "decode" not in package.open(tmp_path).stages
+    assert "<table>" in package.open(tmp_path)._repr_html_()
 
 
 def test_recordings_epochs_and_averages_are_plain_mne_objects(study):

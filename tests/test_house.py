@@ -88,3 +88,9 @@ def test_the_name_of_the_group_is_written_once():
     for path in (ROOT / "hrcneuro").rglob("*.py"):
         names = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Constant) and n.value == "group"]
         assert not names or path.name == "contract.py", path
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+def test_make_says_how_long_it_takes_before_it_begins():
+    done = subprocess.run(["make", "-n", "-B", "all"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.index("20 minutes") < done.stdout.index("pip install") < done.stdout.index("hrcneuro run")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import published
 from hrcneuro.contract import option
-from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.paradigm import design
 
 if TYPE_CHECKING:
@@ -51,22 +51,6 @@ class ContrastOptions:
     flips: int = option(10_000, "random sign flips beyond that", low=100)
     confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999, share=True)
     seed: int = option(2023, "seed of random sign flips", low=0)
-
-
-def check(config: ContrastOptions) -> list[str]:
-    """Return what is wrong with the contrasts and the test of a Config."""
-    mistakes = []
-    for name, pair in config.contrasts.items():
-        if len(pair) != 2 or pair[0] == pair[1]:
-            mistakes.append(f"contrast {name} = {list(pair)}: it needs two different conditions, [plus, minus]")
-        for condition in pair:
-            if condition not in config.conditions:
-                hint = did_you_mean(condition, config.conditions)
-                known = ", ".join(config.conditions) or "none"
-                mistakes.append(f"contrast {name} names the unknown condition {condition!r}{hint}; allowed: {known}")
-    if not config.conditions:
-        mistakes.append("there is no condition: name at least one in [conditions]")
-    return mistakes
 
 
 def filled_sets(trials: LabelledEpochs, config: ContrastOptions, unit: str) -> tuple[list[TrialSet], list[str]]:

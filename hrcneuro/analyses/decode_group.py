@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -101,29 +101,44 @@ def compare_table(scores: pd.DataFrame, decoders: Sequence[str], seed: int) -> p
 
 
 def summary(scores: pd.DataFrame, tests: pd.DataFrame, decoder: str) -> dict[str, Any]:
-    """Return scenario -> problem -> mean rates, interval, n and p values of one decoder, and who was left out.
+    """Return scenario -> problem -> mean rates, interval, n, p values and classes, and who was left out.
+
+    They are the first decoder's, whose name stands beside them; the others' stand in ``others``, by name.
 
     Args:
         scores: As :func:`tables` takes them.
         tests: The rows of ``TESTS``.
-        decoder: Its name.
+        decoder: The first one's name.
     """
     cells: dict[str, Any] = {}
     first = scores[scores["decoder"] == decoder]
-    for row in tests[tests["decoder"] == decoder].to_dict("records"):
-        part = first[(first["scenario"] == row["scenario"]) & (first["problem"] == row["problem"])]
-        rates = {name: as_json(_mean(part[name])) for name in ("tnr", "tpr", "acc", "bacc", "chance")}
-        cells.setdefault(row["scenario"], {})[row["problem"]] = rates | {
-            "n": row["n"],
-            "acc_half_width": as_json(group.spread(part["acc"].to_numpy(dtype=float)).half_width),
-            "p": as_json(row["p"]),
-            "p_holm": as_json(row["p_holm"]),
-            "p_above_chance": {rate: as_json(row[f"p_{rate}"]) for rate in ABOVE},
-        }
+    ours = tests["decoder"] == decoder
+    for row in [*tests[ours].to_dict("records"), *tests[~ours].to_dict("records")]:
+        part = scores[(scores[list(_KEY)] == [row[name] for name in _KEY]).all(axis=1)]
+        numbers = _numbers(part, row)
+        chance = {"chance": as_json(_mean(part["chance"]))}
+        problems = cells.setdefault(row["scenario"], {})
+        if row["decoder"] == decoder:
+            classes = [str(part[name].iloc[0]) for name in ("class1", "class2")]
+            problems[row["problem"]] = numbers | chance | {"decoder": decoder, "classes": classes}
+        else:
+            problems[row["problem"]].setdefault("others", {})[row["decoder"]] = numbers
     lost = [f"{r['subject']} {r['scenario']} {r['problem']}" for r in first.to_dict("records") if not r["n_folds"]]
     if lost:
         cells["warnings"] = [f"not computed, so left out of the group: {', '.join(lost)}"]
     return cells
+
+
+def _numbers(scores: pd.DataFrame, test: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return mean rates, interval, n and p values of one problem and decoder."""
+    rates = {name: as_json(_mean(scores[name])) for name in ("tnr", "tpr", "acc", "bacc")}
+    return rates | {
+        "n": test["n"],
+        "acc_half_width": as_json(group.spread(scores["acc"].to_numpy(dtype=float)).half_width),
+        "p": as_json(test["p"]),
+        "p_holm": as_json(test["p_holm"]),
+        "p_above_chance": {rate: as_json(test[f"p_{rate}"]) for rate in ABOVE},
+    }
 
 
 def _rng(seed: int, *names: str) -> np.random.Generator:

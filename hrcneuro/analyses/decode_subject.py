@@ -189,13 +189,20 @@ class SubjectRows:
         }
 
     def summary(self) -> dict[str, Any]:
-        """Return scenario -> problem -> rates in percent of the first decoder, their trials and p, and the warnings."""
+        """Return scenario -> problem -> rates in percent, trials, p and classes, and the warnings.
+
+        They are the first decoder's, whose name stands beside them; the others' rates stand in ``others``, by name.
+        """
         rates: dict[str, Any] = {}
         for row in self.scores:
+            numbers = {name: as_json(row[name]) for name in ("tnr", "tpr", "acc", "bacc", "p")}
+            problems = rates.setdefault(row["scenario"], {})
             if row["decoder"] == self.first_decoder:
-                rates.setdefault(row["scenario"], {})[row["problem"]] = {
-                    name: as_json(row[name]) for name in ("tnr", "tpr", "acc", "bacc", "chance", "p")
-                } | {name: int(row[name]) for name in ("n1", "n2")}
+                trials = {name: int(row[name]) for name in ("n1", "n2")}
+                what = {"decoder": row["decoder"], "classes": [row["class1"], row["class2"]]}
+                problems[row["problem"]] = numbers | {"chance": as_json(row["chance"])} | trials | what
+            else:
+                problems[row["problem"]].setdefault("others", {})[row["decoder"]] = numbers
         return rates | ({"warnings": self.warnings} if self.warnings else {})
 
 

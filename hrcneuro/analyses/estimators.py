@@ -106,7 +106,10 @@ def maker(recipe: Recipe, *, seed: int) -> Callable[[], Any]:
                 for name, value in estimator.get_params().items()
                 if value is None and (name == _STATE or name.endswith(f"__{_STATE}"))
             }
-            return estimator.set_params(**drawn) if drawn else estimator
+            if drawn:
+                estimator.set_params(**drawn)
+            _validate(estimator)
+            return estimator
         except Exception as error:  # foreign code raises whatever it likes
             raise EstimatorError(
                 f"{recipe.estimator} cannot be made with {dict(recipe.params)}: {type(error).__name__}: {error}"
@@ -119,6 +122,14 @@ def maker(recipe: Recipe, *, seed: int) -> Callable[[], Any]:
             "decision_function or predict_proba"
         )
     return made
+
+
+def _validate(estimator: Any) -> None:
+    """Let an estimator of scikit-learn, and those inside it, look at their parameters, as they do before they fit."""
+    for one in (estimator, *estimator.get_params().values()):
+        validate = getattr(one, "_validate_params", None)
+        if callable(validate) and not isinstance(one, type):
+            validate()
 
 
 def _scores(estimator: Any) -> bool:

@@ -66,29 +66,34 @@ def preprocess_together(summaries: Mapping[str, Summary]) -> list[str]:
 
 
 def epoch(summary: Summary) -> list[str]:
-    """Return how many epochs are good, and trials by condition."""
+    """Return how many epochs are good, and trials by condition, or by event in a study of one's own."""
     rejected = f"{summary['rejected']:,} rejected" if summary["rejected"] else "none rejected"
     if summary["reasons"]:
         rejected += f" ({counts(summary['reasons'])})"
     rows = [(scenario, counts(summary["counts"][scenario])) for scenario in sorted(summary["counts"], key=natural)]
     rows += [(ALL, counts(summary["total"]))] if len(rows) > 1 else []
     found = [f"{counted(summary['epochs'], 'epoch')} at {summary['sfreq']:g} Hz, {rejected}"]
-    found += ["trials by condition:", *indented(rows)]
+    found += [f"trials by {_counted(summary)}:", *indented(rows)]
     return found + (["an outlier: too many epochs exceed the limit"] if summary["outlier"] else [])
 
 
 def epoch_together(summaries: Mapping[str, Summary]) -> list[str]:
-    """Return trials by condition as mean and SD over the subjects, as the paper has them, and what was rejected."""
+    """Return trials by condition (or event) as mean and SD over the subjects, and what was rejected."""
     ones = list(summaries.values())
     names = sorted({name for one in ones for name in one["total"]}, key=natural)
     trials = ", ".join(f"{name} {spread([one['total'].get(name, 0) for one in ones])}" for name in names)
     found = [
         f"{counted(len(ones), 'subject')}: {spread([one['epochs'] for one in ones])} epochs, "
         f"{spread([one['rejected'] for one in ones])} rejected",
-        f"trials by condition: {trials}",
+        f"trials by {_counted(ones[0])}: {trials}",
     ]
     odd = sorted(unit for unit, one in summaries.items() if one["outlier"])
     return found + ([f"outliers: {listed(odd)}"] if odd else [])
+
+
+def _counted(summary: Summary) -> str:
+    """Return what the counts of epoch are of: conditions, or the events of a study of one's own."""
+    return str(summary.get("counted", "conditions")).removesuffix("s")
 
 
 def _origin(summary: Summary) -> str:

@@ -89,7 +89,7 @@ def _rules(options: Options, subjects: Sequence[str] | None) -> int:
 
     settings = bring.settings(options)
     units = [task.unit for task in graph.targets(settings, ["acquire"], subjects or ())]
-    table = behaviour.study_rules(settings.sections["acquire"], units)
+    table = behaviour.study_rules({unit: settings.section("acquire", unit) for unit in units})
     if options.json:
         print(json.dumps({"command": "acquire", "ok": True, "rules": behaviour.listed(table)}, indent=1))
     else:

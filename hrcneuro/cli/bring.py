@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -46,12 +46,15 @@ def stage(
     *,
     others: Mapping[str, Sequence[str]] | None = None,
     mistakes: Sequence[str] = (),
+    notes: Callable[[Settings, Sequence[Item]], Sequence[str]] = lambda study, items: (),
 ) -> int:
-    """Bring a stage, and what it stands on, up to date."""
+    """Bring a stage, and what it stands on, up to date; ``notes`` are what a person should know of the result."""
     study = settings(options, others=others, mistakes=mistakes)
     wanted = graph.targets(study, [name], subjects or ())
     with logged(name, options, study) as log:
         items = bring(options, study, wanted, log)
+        for note in notes(study, items) if not options.dry_run else ():
+            console(options).say(f"note: {note}", style="yellow")
         code = finished(name, options, items, wanted)
         log.end(items, code)
     return code
@@ -86,7 +89,7 @@ def finished(
 
 def planned(options: Options, settings: Settings) -> list[Item]:
     """Return what would happen to every task of the study; nothing runs."""
-    return swept.told(settings, _whole(options, settings).plan())
+    return swept.told(settings, whole(options, settings).plan())
 
 
 def logged(name: str, options: Options, settings: Settings) -> contextlib.AbstractContextManager[RunLog]:
@@ -106,8 +109,9 @@ def bring(
     wanted = list(wanted)
     tasks = _graph(options, settings, wanted, joint=joint)
     for name in dict.fromkeys(task.name for task in tasks if not task.draws):
-        for note in stages.load(name).notes(settings.sections[name]):
+        for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
+        stages.load(name).ready(settings.sections[name])
     study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
     forced = _forced(wanted, tasks) if options.force else []
     if _one_at_a_time(settings, tasks):
@@ -123,12 +127,12 @@ def bring(
 
 def draw(options: Options, settings: Settings, log: RunLog) -> list[Item]:
     """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
-    study = _whole(options, settings)
+    study = whole(options, settings)
     forced = [task for task in study.nodes if task.draws] if options.force else []
     return swept.told(settings, _walked(options, study, log, forced=forced, pictures_only=True))
 
 
-def _whole(options: Options, settings: Settings) -> walk.Run:
+def whole(options: Options, settings: Settings) -> walk.Run:
     """Return the whole study, with the sweep that was asked for last."""
     workdir = Workdir(options.workdir)
     known = swept.remembered(settings, workdir)

@@ -43,11 +43,17 @@ def show(
     group=_config,
 )
 def check(options: Options) -> int:
-    """Report the mistakes of a configuration (by raising them), also beside its recordings, else its warnings."""
+    """Report the mistakes of a configuration (by raising them), else its warnings.
+
+    Its recordings, and estimators of other people that it names, are looked at, too.
+    """
+    from hrcneuro import stages
     from hrcneuro.cli import bring
     from hrcneuro.config import recordings
 
     settings = bring.settings(options)
+    for name in settings.stages:
+        stages.load(name).ready(settings.sections[name])
     warnings = [*settings.warnings, *recordings.check(settings)]
     if options.json:
         print(json.dumps({"command": "config check", "ok": True, "warnings": warnings}, indent=1))

@@ -25,15 +25,19 @@ _REDRAW = "fresh*"
 def lines(items: Iterable[Item], *, verbose: bool = False) -> list[Line]:
     """Return a line a task that is not fresh, with its first cause and a count of the rest; ``verbose`` all of both.
 
-    Pictures that follow their numbers are left out: they are counted in the end.
+    Pictures that follow their numbers are left out: they are counted in the end. What something failed of is told
+    behind, as an error with its cure.
     """
     return _rows([([item.unit], item) for item in _told(items, verbose=verbose)], verbose=verbose)
 
 
 def merged(items: Iterable[Item], *, verbose: bool = False) -> list[Line]:
-    """Return what :func:`lines` does, with one line for all units of a stage that stand alike for the same cause."""
+    """Return what :func:`lines` does, with one line for all units of a stage that stand alike for the same cause.
+
+    It stands below the table, which has the word for what failed: only the error behind tells more.
+    """
     alike: dict[tuple[str, str, str], list[Item]] = {}
-    for item in _told(items, verbose=verbose):
+    for item in (one for one in _told(items, verbose=verbose) if one.word is not Word.FAILED):
         alike.setdefault((item.stage, item.word, _causes(item, whole=verbose, units=False)), []).append(item)
     return _rows([([i.unit for i in group], group[0]) for group in alike.values()], verbose=verbose)
 
@@ -99,7 +103,7 @@ def _rows(rows: Sequence[tuple[list[str], Item]], *, verbose: bool) -> list[Line
 
 def _causes(item: Item, *, whole: bool, units: bool) -> str:
     """Return why an item is not fresh: its first cause and a count of the rest, or all; ``units``: name them."""
-    if item.word is Word.FRESH:
+    if item.word in (Word.FRESH, Word.FAILED):
         return ""
     causes = [_cause(text, item, units=units) for text in item.why]
     causes = [text for text in dict.fromkeys(causes) if text != item.word]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
-    from hrcneuro.pipeline.forecast import Forecast, Left, Place
+    from hrcneuro.pipeline.forecast import Forecast, Place
 
 _BAR = 24
 
@@ -55,7 +55,8 @@ class Progress:
         now = self._clock()
         since = {place: now - self._since.get(place, now) for place in self.running}
         filled = _BAR * self.done // self.total if self.total else _BAR
-        left = _left(self._forecast.left(since))
+        seconds = self._forecast.left(since)
+        left = "" if seconds is None else f", about {roughly(seconds)} left"
         head = f"{'━' * filled}{'─' * (_BAR - filled)} {self.done}/{self.total}  {_clock_time(now - self._begun)}{left}"
         return [head, *(f"  {name} {unit}  {_clock_time(since[name, unit])}" for name, unit in since)]
 
@@ -73,12 +74,6 @@ def shown(progress: Progress, console: Console) -> Iterator[Callable[[], None]]:
 
     with Live(progress, console=console, transient=True, refresh_per_second=4) as live:
         yield live.refresh
-
-
-def _left(left: Left | None) -> str:
-    if left is None:
-        return ""
-    return f", {'about' if left.whole else 'more than'} {roughly(left.seconds)} left"
 
 
 def _clock_time(seconds: float) -> str:

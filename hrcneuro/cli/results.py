@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import answers
 from hrcneuro.cli.plan import span
-from hrcneuro.contract import GROUP, OF_ALL
+from hrcneuro.contract import GROUP, OF_ALL, SWEEP, is_piece
+from hrcneuro.stages import NAMES as STAGES
 
 if TYPE_CHECKING:
     from hrcneuro.config.settings import Settings
@@ -50,16 +51,21 @@ def blocks(
 def units(settings: Settings, workdir: Workdir, stage: str) -> list[str]:
     """Return the units of a stage that speak for it, of those that have run: the group and a sweep, else every subject.
 
-    Subjects of another configuration in the same folder are left out, unless only they have run.
+    Where nothing has run with this configuration, those that have run with another one.
 
     Raises:
         DataError: It has not run.
     """
     from hrcneuro import stages
     from hrcneuro.errors import DataError
+    from hrcneuro.pipeline import asked
 
+    loaded = stages.load(stage)
+    of_study = [*settings.study.subjects, *([GROUP] if loaded.group else []), *([SWEEP] if loaded.sweep else [])]
+    items = asked.standing(settings, workdir, stage, of_study)
+    here = sorted(item.unit for item in items if item.stage == stage and item.state.done and not is_piece(item.unit))
     entries = workdir.keys()
-    ran = sorted(unit for name, unit, _ in entries if name == stage)
+    ran = here or sorted(unit for name, unit, _ in entries if name == stage and not is_piece(unit))
     subjects = [unit for unit in ran if unit in settings.study.subjects]
     of_all = [unit for unit in OF_ALL if unit in ran]
     if GROUP in of_all and len(settings.included) == 1 and subjects == [*settings.included]:
@@ -67,14 +73,39 @@ def units(settings: Settings, workdir: Workdir, stage: str) -> list[str]:
     if of_all:
         return of_all
     if not ran:
-        only_group = stages.load(stage).subject is None
         raise DataError(
-            f"{stage} has not run in {workdir.folder}", cure=f"hrcneuro {stage}{'' if only_group else ' SUBJECT'}"
+            f"{stage} has not run in {workdir.folder}", cure=f"hrcneuro {stage}{' SUBJECT' if loaded.subject else ''}"
         )
     return subjects or ran
 
 
-def asked(
+def there(settings: Settings, workdir: Workdir) -> list[str]:
+    """Return which stages and units there are to show of this configuration, a line a stage.
+
+    Raises:
+        DataError: None; with those of other configurations, if there are any.
+    """
+    from hrcneuro.errors import DataError
+    from hrcneuro.pipeline import asked
+
+    by_stage: dict[str, list[str]] = {}
+    for item in asked.whole(settings, workdir):
+        if item.state.done and not is_piece(item.unit):
+            by_stage.setdefault(item.stage, []).append(item.unit)
+    if by_stage:
+        width = max(map(len, by_stage))
+        return [f"{stage:<{width}}  {', '.join(of)}" for stage, of in by_stage.items()]
+    entries = workdir.keys()
+    others = sorted({f"{stage} {unit}" for stage, unit, _ in entries if stage in STAGES and not is_piece(unit)})
+    also = f"; with another one have: {', '.join(others[:6])}{' …' if len(others) > 6 else ''}" if others else ""
+    raise DataError(
+        f"nothing has run with this configuration in {workdir.folder}{also}",
+        cure="run a stage first, such as hrcneuro epoch"
+        + ("; or name the --config and --set of what is there" if others else ""),
+    )
+
+
+def of_configuration(
     settings: Settings, workdir: Workdir, stage: str, units: Sequence[str]
 ) -> tuple[dict[str, Mapping[str, Any]], str]:
     """Return unit -> summary of what the configuration asks for, and a note.
@@ -84,24 +115,17 @@ def asked(
     Raises:
         DataError: A unit has never run.
     """
-    from hrcneuro.pipeline import graph, swept, walk
+    from hrcneuro.pipeline import asked
 
-    known = swept.remembered(settings, workdir)
-    tasks = [graph.Task.of(stage, unit) for unit in units if unit in (*settings.study.subjects, *OF_ALL)]
-    items = walk.Run(known, workdir, graph.closure(known, tasks)).plan() if tasks else []
-    found = {item.unit: item for item in items if item.stage == stage}
-    summaries: dict[str, Mapping[str, Any]] = {}
-    cause = None
-    for unit in units:
-        item = found.get(unit)
-        if item is not None and item.state.done:
-            summaries[unit] = item.summary
-        else:
-            summaries[unit] = workdir.summary(stage, unit)
-            why = item.why if item is not None else ()
-            cause = cause or (f" ({why[0]})" if why else "")
-    if cause is None:
+    items = asked.standing(settings, workdir, stage, units)
+    found = {item.unit: item for item in items if item.stage == stage and item.state.done}
+    lacking = [unit for unit in units if unit not in found]
+    summaries = {unit: found[unit].summary if unit in found else workdir.summary(stage, unit) for unit in units}
+    if not lacking:
         return summaries, ""
+    cause = asked.cause(items)
+    of = "" if len(lacking) == len(units) else f"of {span(lacking)} "
     return summaries, (
-        f"this is what was last computed; the configuration asks for something else by now{cause}: hrcneuro status"
+        f"{of}this is what was last computed; the configuration asks for something else by now"
+        f"{f' ({cause})' if cause else ''}: hrcneuro status"
     )

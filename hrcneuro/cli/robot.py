@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hrcneuro.cli import completion
 from hrcneuro.cli.declare import Subjects, command
 from hrcneuro.cli.options import Options
+
+if TYPE_CHECKING:
+    from hrcneuro.config.settings import Settings
+    from hrcneuro.pipeline.workdir import Workdir
 
 
 @command(
@@ -36,6 +40,7 @@ def robot(
 ) -> int:
     """Bring the robot stage up to date on the arm named; return the exit code."""
     from hrcneuro.cli import bring
+    from hrcneuro.pipeline.workdir import Workdir
 
     given = {
         "--backend": [f"robot.backend={backend}"] if backend else [],
@@ -46,8 +51,9 @@ def robot(
     }
     code = bring.stage("robot", options, subjects, others=given)
     if timing and code == 0 and not options.dry_run and not options.json:
-        for subject in subjects or bring.settings(options, others=given).included:
-            print(_timing(options, subject))
+        settings = bring.settings(options, others=given)
+        for subject in subjects or settings.included:
+            print(_timing(settings, Workdir(options.workdir), subject))
     return code
 
 
@@ -60,13 +66,12 @@ _MEANING = {
 }
 
 
-def _timing(options: Options, subject: str) -> str:
+def _timing(settings: Settings, workdir: Workdir, subject: str) -> str:
     from hrcneuro.errors import DataError
     from hrcneuro.io.tables import read_table
-    from hrcneuro.pipeline.workdir import Workdir
+    from hrcneuro.pipeline import asked
 
-    workdir = Workdir(options.workdir)
-    table = read_table(workdir.artifact("robot", subject, "timing.parquet"))
+    table = read_table(asked.place(settings, workdir, "robot", subject, "timing.parquet"))
     names = ("mean", "sd", "median", "low", "p1", "p99", "high")
     head = "".join(f"{name:>9}" for name in ("mean", "sd", "median", "least", "1 %", "99 %", "most"))
     rows = [
@@ -80,5 +85,5 @@ def _timing(options: Options, subject: str) -> str:
         rows.append(f"{text:<52}{row['n']:>8}{figures}")
     # With --no-figures there may be no picture.
     with contextlib.suppress(DataError):
-        rows.append(f"drawn in {workdir.artifact('robot', subject, 'timing.png')}")
+        rows.append(f"drawn in {asked.place(settings, workdir, 'robot', subject, 'timing.png')}")
     return "\n".join(rows)

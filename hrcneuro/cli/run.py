@@ -79,7 +79,9 @@ def status(options: Options) -> int:
 )
 def show(
     options: Options,
-    stage: Annotated[str, typer.Argument(help="The stage.", autocompletion=completion.stages)],
+    stage: Annotated[
+        str, typer.Argument(help="The stage; none: what there is to show.", autocompletion=completion.stages)
+    ] = "",
     unit: Annotated[
         str,
         typer.Argument(
@@ -92,37 +94,58 @@ def show(
     from hrcneuro.pipeline import graph
     from hrcneuro.pipeline.workdir import Workdir
 
-    graph.check_stage(stage)
     settings = bring.settings(options)
     workdir = Workdir(options.workdir)
+    talk = bring.console(replace(options, quiet=False))
+    if not stage:
+        lines = results.there(settings, workdir)
+        if options.json:
+            pairs = [line.split(maxsplit=1) for line in lines]
+            print(json.dumps({"command": "show", "ok": True, "stages": {a: b.split(", ") for a, b in pairs}}, indent=1))
+        talk.results([*lines, "hrcneuro show STAGE [UNIT] prints the numbers of one"])
+        return 0
+    graph.check_stage(stage)
     if unit and unit not in OF_ALL and not workdir.pointer(stage, unit):
         graph.targets(settings, [stage], [unit])  # which says what is wrong with a name that nobody has
     units = [unit] if unit else results.units(settings, workdir, stage)
-    summaries, note = results.asked(settings, workdir, stage, units)
+    summaries, note = results.of_configuration(settings, workdir, stage, units)
     if options.json:
-        print(json.dumps({"command": "show", "ok": True, "stage": stage, "units": summaries}, indent=1))
-        return 0
-    talk = bring.console(replace(options, quiet=False))
+        noted = {"note": note} if note else {}
+        printed = {"command": "show", "ok": True, "stage": stage, **noted, "units": summaries}
+        print(json.dumps(printed, indent=1))
     talk.results(results.blocks([(stage, one, summary) for one, summary in summaries.items()], every=True))
     if note:
         bring.console(options).say(f"note: {note}", style="yellow")
     return 0
 
 
-@command("Print where an artifact lies.", "path preprocess s01", "path epoch s01 conditions.parquet", name="path")
+@command(
+    "Print where an artifact of this configuration lies.",
+    "path preprocess s01",
+    "path epoch s01 conditions.parquet",
+    name="path",
+)
 def path(
     options: Options,
     stage: Annotated[str, typer.Argument(help="The stage that wrote it.", autocompletion=completion.stages)],
     unit: Annotated[str, typer.Argument(help="A subject, or group.", autocompletion=completion.units)],
     file: Annotated[str, typer.Argument(help="A file of the entry; none prints its folder.")] = "",
+    last: Annotated[
+        bool, typer.Option("--last", help="What was last computed here, whatever the configuration asks for.")
+    ] = False,
 ) -> int:
     """Print where an artifact lies."""
-    from hrcneuro.pipeline import graph
+    from hrcneuro.cli import bring
+    from hrcneuro.pipeline import asked, graph
     from hrcneuro.pipeline.workdir import Workdir
 
     graph.check_stage(stage, joint=True)
-    place = str(Workdir(options.workdir).artifact(stage, unit, file))
-    print(json.dumps({"command": "path", "ok": True, "path": place}, indent=1) if options.json else place)
+    workdir = Workdir(options.workdir)
+    if last:
+        place = workdir.artifact(stage, unit, file)
+    else:
+        place = asked.place(bring.settings(options), workdir, stage, unit, file)
+    print(json.dumps({"command": "path", "ok": True, "path": str(place)}, indent=1) if options.json else place)
     return 0
 
 
@@ -138,7 +161,8 @@ def report(options: Options) -> int:
     settings = bring.settings(options)
     talk = bring.console(options)
     if options.dry_run:
-        drawn = [item for item in bring.planned(options, settings) if item.draws and not item.state.done]
+        items = bring.planned(options, settings)
+        drawn = [item for item in items if item.draws and not item.state.done]
         draws = ", ".join(f"{i.stage} {i.unit}" for i in drawn) or "nothing"
         place: Path | None = shelf.folder(Workdir(options.workdir).results, settings) / shelf.PAGE
         talk.results([f"would draw {draws}", f"would write {place}"])
@@ -148,11 +172,14 @@ def report(options: Options) -> int:
             place = _write_report(options, settings, items)
             if place is None:
                 raise _nothing(options, settings)
+            if lacks := shelf.told(settings, items):
+                talk.say(f"note: {lacks}", style="yellow")
             failed = [item for item in items if item.draws and item.state is State.FAILED]
             code = talk.failures(failed)
             log.end(items, code)
     if options.json:
-        print(json.dumps({"command": "report", "ok": code == 0, "report": str(place)}, indent=1))
+        missing = shelf.lacking(settings, items)
+        print(json.dumps({"command": "report", "ok": code == 0, "report": str(place), "missing": missing}, indent=1))
     return code
 
 
@@ -165,6 +192,8 @@ def _all_of(options: Options, settings: Settings, items: Sequence[Item]) -> list
     from hrcneuro.contract import GROUP
 
     shown = {(item.stage, item.unit): item for item in items}
+    if all((task.name, task.unit) in shown for task in bring.whole(options, settings).nodes):
+        return list(items)  # there is no more, so nothing to look for
     for one in bring.planned(options, settings):
         place = (one.stage, one.unit)
         if one.state.done and (place not in shown or (one.draws and one.unit == GROUP)):
@@ -207,10 +236,13 @@ def _nothing(options: Options, settings: Settings) -> HrcError:
     from hrcneuro.pipeline.workdir import Workdir
     from hrcneuro.report import shelf
 
-    results = Workdir(options.workdir).results
+    results, own = Workdir(options.workdir).results, shelf.name(settings)
     there = shelf.names(results)
-    problem = f"nothing of this configuration ({shelf.name(settings)}) has run in {results.parent}"
-    if there:
+    has = "is up to date" if own in there else "has run"
+    problem = f"nothing of this configuration ({own}) {has} in {results.parent}"
+    if own in there:
+        problem += f"; its earlier report is {shelf.folder(results, settings) / shelf.PAGE}"
+    elif there:
         problem += f"; the reports there are of {', '.join(there)}"
     return DataError(
         problem, cure="run it first: hrcneuro run, with the same --config and --set; or name those of what has run"

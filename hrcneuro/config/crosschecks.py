@@ -13,13 +13,14 @@ from hrcneuro.errors import did_you_mean
 
 def errors(settings: Any) -> list[str]:
     """Return the contradictions between sections, each with what is allowed."""
-    return [*_subjects(settings), *_rates(settings.sections), *_windows(settings.sections)]
+    return [*_subjects(settings), *_tables(settings.shared), *_rates(settings.sections), *_windows(settings.sections)]
 
 
 def warnings(settings: Any) -> list[str]:
     """Return what is allowed but worth knowing."""
     sections = settings.sections
     notes = [note for name in stages.NAMES for note in stages.load(name).notes(sections[name])]
+    notes += [note for of_stage in settings.replaced.values() for note in of_stage]
     if settings.left_out:
         notes.append(without_moves(settings))
     gap = sections["acquire"].timing.soa_min_s
@@ -58,6 +59,42 @@ def _subjects(settings: Any) -> Iterator[str]:
             yield (
                 f"study.subjects names {subject!r}; allowed: letters, digits, - and _, but not group, sweep and sweep-…"
             )
+
+
+def _tables(shared: Any) -> Iterator[str]:
+    """Yield what is wrong with the tables that several stages read: once, and a line for all that has one cause."""
+    pairs = {"contrasts": ("[plus, minus]", shared.contrasts), "problems": ("[class 1, class 2]", shared.problems)}
+    for table, (form, entries) in pairs.items():
+        for name, pair in entries.items():
+            if len(pair) != 2 or pair[0] == pair[1]:
+                yield f"[{table}] {name} = {list(pair)}: it needs two different conditions, {form}"
+    known = shared.conditions
+    if not known:
+        using = [f"[{table}]" for table, (_, entries) in pairs.items() if entries]
+        also = f", and {' and '.join(using)} need{'s' if len(using) == 1 else ''} some" if using else ""
+        yield f"[conditions] is empty{also}: name at least one condition, as a query on the trial table"
+        return
+    for table, (_, entries) in pairs.items():
+        lacking = {name: [one for one in pair if one not in known] for name, pair in entries.items()}
+        lacking = {name: ones for name, ones in lacking.items() if ones}
+        if lacking:
+            unknown = dict.fromkeys(one for ones in lacking.values() for one in ones)
+            words = _few([f"{one!r}{did_you_mean(one, known)}" for one in unknown])
+            yield (
+                f"[{table}] {_few(list(lacking))}: no such condition as {words}; [conditions] has {', '.join(known)}"
+                f"{_of_paper(shared, table)}"
+            )
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
+def _of_paper(shared: Any, table: str) -> str:
+    """Return a hint where nobody has given a table, so that the paper's is in force."""
+    if getattr(shared, table) != getattr(type(shared)(), table):
+        return ""
+    return f" (these {table} are the paper's, as none are given: write [{table}] of your own, or {table} = {{}})"
 
 
 def _rates(sections: Mapping[str, Any]) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, DataError
@@ -38,6 +39,30 @@ def check(settings: Settings) -> list[str]:
         for text in dict.fromkeys(absent.values()):
             lacking.setdefault(text, []).append(subject)
     return notes + [f"{', '.join(subjects)}: the recording has not {text}" for text, subjects in lacking.items()]
+
+
+def without_trials(settings: Settings, tables: Mapping[str, Path]) -> list[str]:
+    """Return a sentence for each condition that occurs in no trial of some subject, with the nearest spelling.
+
+    Args:
+        settings: The configuration.
+        tables: Subject -> trial table.
+    """
+    from hrcneuro.analyses import conditions
+    from hrcneuro.io.tables import read_table
+
+    texts: dict[str, str] = {}
+    lacking: dict[str, list[str]] = {}
+    for subject, path in tables.items():
+        trials = read_table(path)
+        try:
+            members = conditions.matching(trials, settings.shared.conditions)
+        except ConfigError as error:
+            return [f"{subject}: {error.problem}; {error.cure}"]
+        for name, text in conditions.absent(trials, settings.shared.conditions, members).items():
+            texts.setdefault(name, text)
+            lacking.setdefault(name, []).append(subject)
+    return [f"{', '.join(subjects)}: no trial is of {texts[name]}" for name, subjects in lacking.items()]
 
 
 def nowhere(absent: Mapping[str, Mapping[str, str]]) -> list[str]:

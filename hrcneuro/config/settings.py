@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import published, stages
-from hrcneuro.config import shipped
+from hrcneuro.config import bysubject, shipped
 from hrcneuro.config.reader import Added, Reader
 from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
-
-_SUBJECTS = "subjects"
 
 
 @dataclass(frozen=True)
@@ -55,6 +53,7 @@ class Settings:
         origins: Key -> file or command line.
         warnings: What is allowed but worth knowing.
         own: Stage -> subject -> the options of a subject that has values of its own.
+        replaced: Stage -> what to know of subjects' own values that the command line has replaced.
     """
 
     study: StudyOptions
@@ -63,6 +62,7 @@ class Settings:
     origins: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    replaced: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def included(self) -> tuple[str, ...]:
@@ -123,11 +123,11 @@ def load(
     parts: dict[str, Any] = {"study": StudyOptions(), "shared": Shared()}
     parts |= {name: stages.load(name).config() for name in stages.NAMES}
     origins: dict[str, str] = {}
-    own: list[_Own] = []
+    own: list[bysubject.Own] = []
     for reader, values in layers:
-        own += _taken_out(reader, values)
+        own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
-    settings = _with_own(_fill(parts, origins), own)
+    settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
     found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if not found:
         found, warnings = _consistency(settings)
@@ -139,52 +139,6 @@ def load(
             cure="correct them; 'hrcneuro config show' prints every key with its value, range and origin",
         )
     return settings
-
-
-@dataclass(frozen=True)
-class _Own:
-    """A subject's own options of a stage, as a source has them."""
-
-    reader: Reader
-    stage: str
-    subject: str
-    values: Any
-
-
-def _taken_out(reader: Reader, values: dict[str, Any]) -> list[_Own]:
-    """Take the tables ``[STAGE.subjects.NAME]`` out of a source's values and return them."""
-    found = []
-    for name in stages.NAMES:
-        section = values.get(name)
-        if not isinstance(section, Mapping) or _SUBJECTS not in section or not stages.load(name).by_subject:
-            continue
-        values[name] = {key: value for key, value in section.items() if key != _SUBJECTS}
-        tables = section[_SUBJECTS]
-        if isinstance(tables, Mapping):
-            found += [_Own(reader, name, str(subject), table) for subject, table in tables.items()]
-        else:
-            reader.mistakes.append(f"{reader.source}: {name}.subjects = {tables!r}; write [{name}.subjects.NAME]")
-    return found
-
-
-def _with_own(settings: Settings, given: Sequence[_Own]) -> Settings:
-    """Return the configuration with the subjects' own options, on top of those of all."""
-    own: dict[str, dict[str, Any]] = {}
-    origins = dict(settings.origins)
-    for one in given:
-        where, subjects = f"{one.stage}.subjects.{one.subject}", settings.study.subjects
-        if one.subject not in subjects:
-            hint = did_you_mean(one.subject, subjects)
-            one.reader.mistakes.append(f"{one.reader.source}: [{where}]{hint}: no such subject in study.subjects")
-        elif not isinstance(one.values, Mapping):
-            one.reader.mistakes.append(f"{one.reader.source}: {where} = {one.values!r} is no table; write [{where}]")
-        else:
-            of_stage = own.setdefault(one.stage, {})
-            base = of_stage.get(one.subject, settings.sections[one.stage])
-            allowed = stages.load(one.stage).by_subject
-            of_stage[one.subject], keys = one.reader.record(base, one.values, where, only=allowed)
-            origins |= keys
-    return dataclasses.replace(settings, own=own, origins=origins)
 
 
 def _apply(reader: Reader, values: Mapping[str, Any], parts: dict[str, Any], origins: dict[str, str]) -> None:

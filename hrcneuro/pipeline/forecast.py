@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from hrcneuro.contract import GROUP
 from hrcneuro.errors import DataError
@@ -12,19 +11,6 @@ from hrcneuro.pipeline.workdir import Workdir
 
 Place = tuple[str, str]
 """A task's name and unit."""
-
-
-@dataclass(frozen=True)
-class Left:
-    """What is left of a run.
-
-    Attributes:
-        seconds: So long the tasks take of which a duration is known.
-        whole: Whether that is all of them; else it takes longer.
-    """
-
-    seconds: float
-    whole: bool
 
 
 def recorded(workdir: Workdir, places: Iterable[Place]) -> dict[Place, float]:
@@ -54,18 +40,20 @@ class Forecast:
         if seconds is not None:
             self._known[place] = seconds
 
-    def left(self, running: Mapping[Place, float]) -> Left | None:
-        """Return what is left; None where nothing can be said.
+    def left(self, running: Mapping[Place, float]) -> float | None:
+        """Return how many seconds are left; None while of some kind of task nothing is known: it would be a guess.
 
         Args:
             running: Task -> for how many seconds it has been running.
         """
-        expected = {place: self._expected(place) for place in self._open}
-        rest = [max(0.0, s - running.get(place, 0.0)) for place, s in expected.items() if s is not None]
-        if not rest:
-            return None
+        rest = []
+        for place in self._open:
+            expected = self._expected(place)
+            if expected is None:
+                return None
+            rest.append(max(0.0, expected - running.get(place, 0.0)))
         # No run ends before its longest task does, however many workers there are.
-        return Left(max(sum(rest) / self._workers, max(rest)), len(rest) == len(expected))
+        return max(sum(rest) / self._workers, max(rest)) if rest else None
 
     def _expected(self, place: Place) -> float | None:
         """Return how long a task will take: as last time, or as others of its kind did."""

@@ -74,6 +74,7 @@ class _Page:
                 "kind": {"real": "real", "no data": "none"}.get(word, "synthetic"),
             },
             name=shelf.name(settings),
+            lacking=shelf.told(settings, self.results.items),
             missing=self._missing(),
             task=task.panels() if is_study(self.results) else [],
             edge=task.EDGE,

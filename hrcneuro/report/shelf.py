@@ -22,6 +22,7 @@ from hrcneuro.pipeline.workdir import FIGURES
 PAGE = "report.html"
 _KEY = 8  # letters of a key in a folder's name
 _LETTERS = 40  # of a study's name in it
+_FEW = 3  # stages, and units of each, that are told one by one
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,38 @@ def done(items: Sequence[Item]) -> list[str]:
     return sorted(f"{item.stage} {item.unit}" for item in items if item.state.done)
 
 
+def lacking(settings: Any, items: Sequence[Item]) -> list[str]:
+    """Return which results of a configuration these items do not have: ``erp s01``, in the order of the stages."""
+    there = set(done(items))
+    wanted = (f"{task.name} {task.unit}" for task in graph.targets(settings, settings.stages, ()))
+    return [one for one in wanted if one not in there]
+
+
+def told(settings: Any, items: Sequence[Item]) -> str:
+    """Return what a configuration lacks, and how it is made; empty where it lacks nothing."""
+    names = lacking(settings, items)
+    if not names:
+        return ""
+    units: dict[str, list[str]] = {}
+    for stage, unit in (one.split(" ") for one in names):
+        units.setdefault(stage, []).append(unit)
+    parts = [f"{stage} {_span(of)}" for stage, of in units.items()]
+    also = f"; and of {len(parts) - _FEW} more stages" if len(parts) > _FEW else ""
+    total = len(graph.targets(settings, settings.stages, ()))
+    first = "; ".join(parts[:_FEW])
+    return (
+        f"{len(names)} of {total} results of this configuration are missing: {first}{also}. hrcneuro run, with the "
+        "same --config and --set, makes them"
+    )
+
+
+def _span(units: Sequence[str]) -> str:
+    return ", ".join(units) if len(units) <= _FEW else f"{units[0]} … {units[-1]} ({len(units)} units)"
+
+
 def is_whole(settings: Any, items: Sequence[Item]) -> bool:
     """Return whether every stage of the study has run for everyone, and nothing failed."""
-    wanted = {f"{task.name} {task.unit}" for task in graph.targets(settings, settings.stages, ())}
-    return wanted <= set(done(items)) and all(item.state.done for item in items)
+    return not lacking(settings, items) and all(item.state.done for item in items)
 
 
 def is_less(items: Sequence[Item], mark: Path) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -29,8 +29,8 @@ class Source(Protocol):
     def timing(self) -> TimingParams: ...
 
 
-def study_rules(config: Source, subjects: Iterable[str]) -> pd.DataFrame:
-    """Return one row a rule: rule, measured, target, ok (see ``paradigm.rules.check_rules``).
+def study_rules(configs: Mapping[str, Source]) -> pd.DataFrame:
+    """Return one row a rule of these subjects' moves: rule, measured, target, ok (see ``paradigm.rules.check_rules``).
 
     Rules of timing are measured where the moves are timed by simulation; the authors' logs have no times.
 
@@ -40,7 +40,7 @@ def study_rules(config: Source, subjects: Iterable[str]) -> pd.DataFrame:
     """
     from hrcneuro.paradigm.rules import check_rules
 
-    return check_rules({subject: _moves(config, subject) for subject in subjects})
+    return check_rules({subject: _moves(config, subject) for subject, config in configs.items()})
 
 
 def render(rules: pd.DataFrame, subjects: int) -> str:

@@ -67,7 +67,7 @@ class Config(Scheme):
     )
     split: str = option("scenario", "trial column whose values are decoded apart; empty for none", shared="split")
     decoders: tuple[str, ...] = option(
-        ("rlda", "rlda_600"), "names of recipes; the first enters the summary, the others are compared with it"
+        ("rlda", "rlda_600"), "names of recipes; the first is the study's, the others are compared with it"
     )
     recipes: dict[str, Recipe] = option({}, "recipes of your own, [decode.recipes.NAME], beside the built-in ones")
     seed: int = option(2023, "seed of folds, draws and permutations", low=0)
@@ -95,13 +95,6 @@ def check(config: Config) -> list[str]:
         mistakes += [f"recipes.{name}.{misfit}" for misfit in misfits(recipe)]
     if not config.decoders or len(set(config.decoders)) < len(config.decoders):
         mistakes.append(f"decoders = {list(config.decoders)}: give at least one name, and each only once")
-    for problem, classes in config.problems.items():
-        if len(classes) != 2 or classes[0] == classes[1]:
-            mistakes.append(f"problem {problem} = {list(classes)}: it needs two different conditions")
-        for name in classes:
-            if name not in config.conditions:
-                hint = did_you_mean(name, config.conditions)
-                mistakes.append(f"problem {problem} names the condition {name!r}{hint}, which is not in [conditions]")
     if len(config.mean_window_s) != 2 or config.mean_window_s[0] >= config.mean_window_s[-1]:
         mistakes.append(f"mean_window_s = {list(config.mean_window_s)}: give start and end, start first")
     return mistakes
@@ -125,6 +118,27 @@ def sources(config: Config, unit: str) -> dict[str, Path]:
                 )
             found |= {f"{name}/{one}": path for one, path in estimators.files(file).items()}
     return found
+
+
+def ready(config: Config) -> None:
+    """Make each estimator of other people once.
+
+    Raises:
+        ConfigError: Some cannot be imported or made, each with its recipe's name.
+    """
+    from hrcneuro.analyses import estimators
+
+    sources(config, "")
+    mistakes = []
+    for name, recipe in config.foreign.items():
+        try:
+            if not recipe.file:
+                estimators.distribution(recipe.estimator)
+            estimators.maker(recipe, seed=config.seed)
+        except EstimatorError as error:
+            mistakes.append(f"decode.recipes.{name}: {error}")
+    if mistakes:
+        raise ConfigError("\n".join(mistakes), cure="correct [decode.recipes]")
 
 
 def packages(config: Config) -> tuple[str, ...]:
@@ -181,7 +195,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
                 rows = np.flatnonzero(inside & (members[class1] | members[class2]))
                 own = crossval.distinct(onsets_s[rows])
                 if not own.all():
-                    rows_of.warnings.append(_twins(f"{scenario} {name}", members[class2][rows], own))
+                    rows_of.warnings.append(_twins(f"{scenario} {name}", (class1, class2), members[class2][rows], own))
                 rows = rows[own]
                 trials = _trials(table.iloc[rows], members[class2][rows], onsets_s[rows])
                 seed = [config.seed, *inputs.unit.encode(), 0, *scenario.encode(), 0, *name.encode()]
@@ -234,14 +248,14 @@ def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
     return rows
 
 
-def _twins(problem: str, second: np.ndarray, own: np.ndarray) -> str:
+def _twins(problem: str, classes: tuple[str, str], second: np.ndarray, own: np.ndarray) -> str:
     """Return a sentence on the trials that are left out, since they are events of other trials."""
     from hrcneuro.decoding.crossval import ONE_EVENT_S
 
     counts = [int((~own & of_class).sum()) for of_class in (~second, second)]
     return (
-        f"{problem}: {counts[0]} trials of class 1 and {counts[1]} of class 2 are left out: they begin less than "
-        f"{ONE_EVENT_S:g} s after another trial and hold its samples"
+        f"{problem}: {counts[0]} trials of {classes[0]} and {counts[1]} of {classes[1]} are left out: they begin less "
+        f"than {ONE_EVENT_S:g} s after another trial and hold its samples"
     )
 
 
@@ -272,6 +286,7 @@ STAGE = Stage(
     check=check,
     sources=sources,
     packages=packages,
+    ready=ready,
     subject=Work(run, (Read("epoch", ("*_epo*.fif",)),)),
     group=Work(run_group, (Read("decode", ("scores.parquet",), Of.INCLUDED),)),
 )

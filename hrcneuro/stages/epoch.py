@@ -165,6 +165,8 @@ def _summary(
         )
     return {
         "counts": per_scenario,
+        # Of another study events are counted here: what its conditions are, erp, ersp and decode find out.
+        "counted": "events" if counts["position"].eq("event").all() else "conditions",
         "total": total,
         "epochs": int((reasons == "").sum()),
         "rejected": int((reasons != "").sum()),

@@ -45,7 +45,7 @@ class Config(group_contrasts.ContrastOptions):
 
 def check(config: Config) -> list[str]:
     """Return what is contradictory in the section."""
-    mistakes = group_contrasts.check(config)
+    mistakes = []
     if len(config.baseline_s) != 2 or config.baseline_s[0] >= config.baseline_s[1]:
         mistakes.append(f"baseline_s = {list(config.baseline_s)}: give [start, end] with start before end")
     if len(config.map_times_s) > 4:

@@ -74,7 +74,12 @@ def check(config: Config) -> list[str]:
             "markers = 'lsl' with backend = 'sim': its clock is virtual and runs faster than any recording; allowed "
             "with ursim, ur and ros"
         )
-    if config.patient and config.backend not in ("sim", "ursim"):
+    if config.patient and config.backend == "sim":
+        mistakes.append(
+            "patient = true with backend = 'sim': it runs in this process and has no packets that could be late; "
+            "allowed with ursim"
+        )
+    elif config.patient and config.backend != "ursim":
         # An address on loopback may be the near end of a tunnel to a real arm.
         mistakes.append(
             f"patient = true with backend = {config.backend!r}: a real arm is never driven on old packets; allowed "

@@ -114,7 +114,12 @@ def test_a_file_enters_the_key_by_content_and_a_package_by_version(own):
         ("sklearn.svn.SVC", {}, "sklearn.svn cannot be imported: ModuleNotFoundError"),
         ("sklearn.svm.SVC", {"kernal": "rbf"}, "has no parameter 'kernal' (did you mean 'kernel'?)"),
         ("sklearn.svm.SVR", {}, "is no classifier of scikit-learn's kind"),
-        ("sklearn.svm.SVC", {"kernel": "wavy"}, "failed on 44 × 45 features: InvalidParameterError"),
+        (
+            "sklearn.svm.SVC",
+            {"kernel": "wavy"},
+            "cannot be made with {'kernel': 'wavy'}: InvalidParameterError: The 'kernel' parameter",
+        ),
+        ("sklearn.svm.SVC", {"C": -1}, "The 'C' parameter of SVC must be a float in the range (0.0, inf]. Got -1"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_words(path, given, words):
@@ -133,6 +138,34 @@ def test_what_the_user_s_file_does_wrong_is_said(own):
     config = decode.Config(decoders=("mine",), recipes={"mine": recipe(own)})
     with pytest.raises(ConfigError, match="does not exist"):
         decode.sources(config, "s01")
+
+
+def test_parameters_inside_a_chain_are_looked_at_too(own):
+    own.write_text(
+        "from sklearn.linear_model import LogisticRegression\nfrom sklearn.pipeline import make_pipeline\n"
+        "def chain(C=1.0):\n    return make_pipeline(LogisticRegression(C=C))\n"
+    )
+    assert estimators.maker(recipe(own, "chain"), seed=1)().get_params()["logisticregression__C"] == 1.0
+    wrong = Recipe("mine_of_a_test.chain", file=str(own), params={"C": -1})
+    with pytest.raises(EstimatorError, match="The 'C' parameter of LogisticRegression"):
+        estimators.maker(wrong, seed=1)
+
+
+def test_every_recipe_that_cannot_be_used_is_named_before_anything_runs():
+    recipes = {
+        "one": Recipe("sklearn.svm.SVC", params={"C": -1}),
+        "two": Recipe("sklearn.svm.SVC", params={"kernal": "rbf"}),
+        "good": Recipe("sklearn.svm.SVC"),
+        "unused": Recipe("sklearn.svm.Nothing"),
+    }
+    with pytest.raises(ConfigError) as caught:
+        decode.ready(decode.Config(decoders=("good", "one", "rlda", "two"), recipes=recipes))
+    assert [line.split(":")[0] for line in caught.value.problem.splitlines()] == [
+        "decode.recipes.one",
+        "decode.recipes.two",
+    ]
+    assert "did you mean 'kernel'" in caught.value.problem
+    decode.ready(decode.Config(decoders=("good",), recipes=recipes))
 
 
 def test_a_package_that_is_not_installed_has_no_version():

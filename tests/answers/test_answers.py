@@ -179,6 +179,13 @@ def test_where_nothing_was_decoded_it_says_so():
     assert answers.lines("decode", "s01", {"warnings": ["no problems"]}) == ["nothing was decoded"]
 
 
+def test_events_are_not_called_conditions():
+    summary, _ = SUMMARIES["epoch", "s01"]
+    events = {**summary, "counts": {"all": {"target": 16}}, "total": {"target": 16}, "counted": "events"}
+    assert "trials by event:" in answers.lines("epoch", "demo", events)
+    assert "trials by event: target 16.0 ± 0.0" in answers.together("epoch", {"a": events, "b": events})
+
+
 @pytest.mark.parametrize(("hits", "n"), [(0, 12), (7, 12), (251, 410), (410, 410)])
 def test_the_interval_is_wilsons(hits, n):
     reference = binomtest(hits, n).proportion_ci(method="wilson")
@@ -192,8 +199,24 @@ def test_what_a_notebook_shows_is_escaped():
         assert "<b>" not in text.replace("<b>&lt;a&gt;</b>", "")
 
 
-def test_the_classes_of_a_study_of_ones_own_are_no_takeovers():
-    rates = {"tnr": 77.5, "tpr": 67.5, "acc": 75.0, "chance": 58.8, "p": 0.05, "n1": 64, "n2": 16}
-    text = "\n".join(answers.lines("decode", "demo", {"all": {"standardVStarget": rates}}))
-    assert "class 2 67.5 %, class 1 77.5 %" in text
+OWN = {"tnr": 77.5, "tpr": 67.5, "acc": 75.0, "chance": 58.8, "p": 0.05, "n1": 64, "n2": 16}
+
+
+def test_the_classes_of_a_study_of_ones_own_have_their_conditions_names():
+    problem = OWN | {"decoder": "rlda", "classes": ["standard", "target"]}
+    text = "\n".join(answers.lines("decode", "demo", {"all": {"standardVStarget": problem}}))
+    assert "target 67.5 %, standard 77.5 %" in text
     assert "takeover" not in text
+    assert "rlda" not in text  # the only one
+
+
+def test_every_decoder_has_its_number():
+    other = {"tnr": 80.0, "tpr": 90.0, "acc": 82.5, "p": None}
+    problem = OWN | {"decoder": "svm", "classes": ["standard", "target"], "others": {"rlda": other}}
+    summary = {"all": {"standardVStarget": problem}}
+    first, second = answers.lines("decode", "demo", summary)[1:]
+    assert first.split()[:4] == ["all", "standardVStarget", "svm", "75.0"]
+    assert second.split()[:4] == ["all", "standardVStarget", "rlda", "82.5"]
+    assert second.endswith("of 80 trials; chance 58.8 %, p not computed; target 90.0 %, standard 80.0 %")
+    told = answers.together("decode", {"a": summary, "b": summary})
+    assert [line.split()[2:4] for line in told[1:]] == [["svm", "75.0"], ["rlda", "82.5"]]

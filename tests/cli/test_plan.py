@@ -34,7 +34,8 @@ def test_every_state_has_one_word_of_the_vocabulary(state, before):
 
 def test_a_task_is_a_line_with_its_first_cause_and_a_count_of_the_rest():
     assert [text for text, _ in plan.lines(ITEMS)] == [
-        "acquire          s02  failed     no such file",
+        # What it failed of is told behind, with its cure.
+        "acquire          s02  failed",
         "epoch            s01  stale      params: a 1 -> 2 (and 2 more)",
         "epoch            s02  never run  inputs: acquire of s02 failed",
         "erp              s01  never run  inputs: epoch of s01 is not fresh",
@@ -55,6 +56,16 @@ def test_a_status_has_one_line_for_all_units_that_stand_alike():
     assert [text for text, _ in plan.merged(items)] == [
         "erp  s01 … s12, 12 units  never run  inputs: epoch of each is not fresh"
     ]
+
+
+def test_what_failed_is_told_once_by_a_status_and_by_a_plan(capsys):
+    items = [failed(f"s{i:02d}", "no such folder") for i in range(1, 4)]
+    for tell in (Console().status, Console().planned):
+        tell(items)
+        assert Console().finish("status", items, planned=True) == 3
+        said = capsys.readouterr()
+        assert (said.out + said.err).count("no such folder") == 1
+        assert said.out.count("failed") == 4  # a word a task, and the count
 
 
 def test_the_table_has_the_same_words_and_fits_a_narrow_terminal():

@@ -8,7 +8,7 @@ import pytest
 
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.progress import Progress
-from hrcneuro.pipeline.forecast import Forecast, Left
+from hrcneuro.pipeline.forecast import Forecast
 from hrcneuro.pipeline.item import Item, State
 
 PLACES = [("epoch", f"s{i}") for i in range(4)]
@@ -62,13 +62,25 @@ def test_nothing_is_said_where_nothing_is_known():
 
 def test_a_run_lasts_at_least_as_long_as_its_longest_task():
     known = {("a", "s1"): 100.0, ("b", "s1"): 1.0}
-    assert Forecast(known, known, workers=8).left({}) == Left(100.0, True)
-    assert Forecast(known, known, workers=8).left({("a", "s1"): 99.5}) == Left(1.0, True)
+    assert Forecast(known, known, workers=8).left({}) == 100.0
+    assert Forecast(known, known, workers=8).left({("a", "s1"): 99.5}) == 1.0
 
 
 def test_a_subjects_duration_says_nothing_of_the_groups():
     places = [("erp", "s1"), ("erp", "s2"), ("erp", "group")]
-    assert Forecast(places, {("erp", "s1"): 4.0}, workers=1).left({}) == Left(8.0, False)
+    known = {("erp", "s1"): 4.0}
+    assert Forecast(places, known, workers=1).left({}) is None
+    assert Forecast(places[:2], known, workers=1).left({}) == 8.0
+
+
+def test_a_first_run_says_nothing_before_every_kind_of_task_has_run_once():
+    places = [("acquire", "s1"), ("acquire", "s2"), ("epoch", "s1"), ("epoch", "s2")]
+    forecast = Forecast(places, {}, workers=1)
+    forecast.settle(("acquire", "s1"), 2.0)
+    forecast.settle(("acquire", "s2"), 2.0)
+    assert forecast.left({}) is None
+    forecast.settle(("epoch", "s1"), 5.0)
+    assert forecast.left({}) == 5.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -91,7 +91,11 @@ def test_paths_of_a_file_are_taken_from_its_folder_and_stay_out_of_the_key(empty
         ("[erp]\nbaseline_s = [-0.5, 0.0]\n", ["erp.baseline_s", "within -0.2 to 1.2 s"]),
         ("[decode]\nmean_window_s = [0.0, 1.5]\n", ["decode.mean_window_s", "outside the epoch"]),
         ("[contrasts]\nx = ['HH_before', 'RH_befor']\n", ["did you mean 'RH_before'"]),
-        ("[problems]\nx = ['HH_before']\n", ["two different conditions"]),
+        (
+            "[problems]\nx = ['HH_before']\n",
+            ["1 mistake", "[problems] x = ['HH_before']: it needs two different conditions"],
+        ),
+        ("[contrasts]\nx = ['a', 'a']\n", ["two different conditions, [plus, minus]"]),
         ("[study]\nsubjects = ['s01', 's01']\n", ["names 's01' twice"]),
         ("[study]\nsubjects = ['../s01']\n", ["../s01"]),
         ("[study]\nsubjects = []\n", ["subjects is empty"]),
@@ -103,6 +107,36 @@ def test_contradictions_are_refused_with_what_is_allowed(empty, text, words):
         config.load(write(empty, text))
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        (["conditions={}"], ["[conditions] is empty, and [contrasts] and [problems] need some: name at least one"]),
+        (["conditions={}", "contrasts={}"], ["[conditions] is empty, and [problems] needs some: "]),
+        (["conditions={}", "contrasts={}", "problems={}"], ["[conditions] is empty: name at least one"]),
+        (
+            ["conditions={late='error'}"],
+            [
+                "[contrasts] HR-HH_before, RH-RR_before, HR-HH_after, RH-RR_after and 2 more: no such condition as "
+                "'HR_before', 'HH_before', 'RH_before', 'RR_before' and 8 more; [conditions] has late (these contrasts "
+                "are the paper's, as none are given: write [contrasts] of your own, or contrasts = {})",
+                "[problems] HHvsHR, RRvsRH: no such condition as",
+            ],
+        ),
+        (
+            ["conditions={late='error'}", "contrasts={x=['lat', 'late']}", "problems={}"],
+            ["[contrasts] x: no such condition as 'lat' (did you mean 'late'?); [conditions] has late\n"],
+        ),
+    ],
+)
+def test_one_cause_is_one_mistake_whatever_it_breaks(empty, typed, told):
+    with pytest.raises(ConfigError) as caught:
+        config.load(None, typed, folder=empty)
+    text = str(caught.value)
+    assert text.startswith(f"{len(told)} mistake")
+    for words in told:
+        assert words in text
 
 
 def test_a_study_without_moves_leaves_out_what_is_about_them_unless_it_says_otherwise(empty):
@@ -188,6 +222,27 @@ def test_a_subject_has_options_of_its_own(empty):
     again = config.load(write(empty, configtext.render(found, origins=False).replace("# path", "path")))
     assert again.section("acquire", "s2") == own
     assert again.section("acquire", "s1") == found.section("acquire", "s1")
+
+
+def test_a_value_that_is_typed_is_for_all_and_says_whose_own_it_replaces(empty):
+    text = OWN + 'event_map = { a = "A" }\n'
+    typed = ["acquire.drop=['X']", "acquire.path=there/{subject}.vhdr", "acquire.event_map.b=B", "acquire.bads=['Pz']"]
+    found = config.load(write(empty, text), typed)
+    own, all_ = found.section("acquire", "s2"), found.sections["acquire"]
+    assert own.drop == all_.drop == ("X",)
+    assert own.path == all_.path
+    assert own.path.endswith("there/{subject}.vhdr")
+    assert own.event_map == {"a": "A", "b": "B"}
+    assert own.bads == all_.bads == ("Pz",)
+    said = found.replaced["acquire"]
+    assert [words.split()[1] for words in said] == ["acquire.drop", "acquire.path", "acquire.event_map"]
+    assert "the value that s2 had in [acquire.subjects.s2]" in said[0]
+    assert set(said) <= set(found.warnings)
+    assert found.origins["acquire.subjects.s2.drop"] == "--set"
+    again = config.load(write(empty, text), [*typed, "acquire.subjects.s2.drop=['Y']"])
+    assert (again.section("acquire", "s2").drop, again.sections["acquire"].drop) == (("Y",), ("X",))
+    with pytest.raises(ConfigError, match=r"1 mistake in the configuration:\n.*acquire\.drop = 3"):
+        config.load(write(empty, text), ["acquire.drop=3"])
 
 
 @pytest.mark.parametrize(

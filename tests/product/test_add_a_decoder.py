@@ -4,6 +4,7 @@ import re
 
 import pandas as pd
 from tiny_study import ROOT, TINY
+from transcripts import printed, steps
 
 PAGE = (ROOT / "docs" / "extend" / "decoder.md").read_text()
 
@@ -23,6 +24,11 @@ def test_the_decoders_of_the_page_decode_and_a_changed_file_is_named(hrcneuro, t
     assert checked.code == 0, checked.err
     done = hrcneuro("decode", "s01", "--no-figures", "-j", "1", cwd=tmp_path)
     assert done.code == 0, done.err
+    shown = hrcneuro("show", "decode", "s01", cwd=tmp_path).out
+    (typed,) = blocks("console")
+    lines = dict(steps(typed))["hrcneuro show decode s01"]
+    assert len(lines) == 6
+    assert [line for line in lines if not printed(line, shown)] == []
     place = hrcneuro("path", "decode", "s01", "scores.parquet", cwd=tmp_path).out.strip()
     scores = pd.read_parquet(place).dropna(subset=["acc"])
     assert set(scores["decoder"]) == {"rlda", "svm", "late", "mine"}

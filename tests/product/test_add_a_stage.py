@@ -48,7 +48,8 @@ def test_the_new_stage_is_planned_run_cached_and_drawn(copy):
     assert 0.5 < first["pace s01"]["summary"]["median_s"] < 1.5
     again = copy.items("pace", "s01", "--set", "pace.bars=20", *GIVEN)
     assert states(again, "pace") == {"pace": "hit", "pace.figures": "ran"}
-    picture = Path(copy.python("-m", "hrcneuro", "path", "pace", "s01", "pace.png", "--workdir", "study").strip())
+    given = ("--set", "pace.bars=20", *GIVEN, "--workdir", "study")
+    picture = Path(copy.python("-m", "hrcneuro", "path", "pace", "s01", "pace.png", *given).strip())
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert picture.with_suffix(".pdf").is_file()
 

@@ -51,7 +51,7 @@ def test_mne_bids_reads_back_the_recording_and_its_moves(bids, smoke):
 
     import hrcneuro
 
-    study = hrcneuro.open(smoke)
+    study = hrcneuro.open(smoke, "smoke")
     raw = mne_bids.read_raw_bids(
         mne_bids.BIDSPath(subject="s01", task="smoke", datatype="eeg", root=bids), verbose="error"
     )
@@ -71,7 +71,7 @@ def test_events_carry_the_trial_table_and_say_what_it_means(bids, smoke):
 
     base = bids / "sub-s01" / "eeg" / "sub-s01_task-smoke_events"
     events = pd.read_csv(base.with_suffix(".tsv"), sep="\t", na_values="n/a", keep_default_na=False)
-    trials = hrcneuro.open(smoke).trials("s01")
+    trials = hrcneuro.open(smoke, "smoke").trials("s01")
     assert events["case"].dropna().tolist() == trials["case"].dropna().tolist()
     assert events["error"].tolist() == trials["error"].tolist()
     assert set(json.loads(base.with_suffix(".json").read_text())) == set(events.columns)
@@ -83,7 +83,7 @@ def test_clean_recordings_epochs_and_averages_open_in_mne(bids, smoke):
 
     import hrcneuro
 
-    study = hrcneuro.open(smoke)
+    study = hrcneuro.open(smoke, "smoke")
     derived = bids / "derivatives"
     clean = mne.io.read_raw_brainvision(
         derived / "hrcneuro" / "sub-s01" / "eeg" / "sub-s01_task-smoke_desc-clean_eeg.vhdr", verbose="error"

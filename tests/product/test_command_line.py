@@ -104,7 +104,7 @@ def test_the_timing_report_tells_latency_and_jitter(hrcneuro, smoke):
     (place,) = re.findall(r"^drawn in (.+)timing\.png$", done.out, flags=re.M)
     assert (Path(place) / "timing.png").is_file()
     rows = {line[:52].strip(): line[52:].split() for line in done.out.splitlines()}
-    numbers = hrcneuro("path", "robot", "s01", "timing.parquet", "--workdir", smoke).out.strip()
+    numbers = hrcneuro("path", *given[:2], "timing.parquet", *given[2:]).out.strip()
     table = pd.read_parquet(numbers).set_index("quantity")
     latency = table.loc["trigger_latency"]
     shown = rows["t = 0 to the onset of the motion (Eq 2 fitted)"]
@@ -190,11 +190,82 @@ def test_a_report_of_what_has_not_run_is_refused(hrcneuro, tmp_path):
     assert not (tmp_path / "results" / "report.html").exists()
 
 
+def test_a_report_of_a_part_says_what_is_missing(hrcneuro, tiny):
+    given = ("--config", tiny / "tiny.toml", "--workdir", tiny, "--executor", "serial")
+    assert hrcneuro("acquire", "s01", *given).code == 0
+    done = hrcneuro("report", "--no-figures", *given)
+    assert done.code == 0, done.err
+    assert "17 of 18 results of this configuration are missing: acquire s02; preprocess s01, s02; epoch" in done.err
+    assert "hrcneuro run, with the same --config and --set, makes them" in done.err
+    printed = hrcneuro("report", "--no-figures", "--json", *given).json
+    assert printed["ok"] is True
+    assert len(printed["missing"]) == 17
+    assert printed["missing"][:2] == ["acquire s02", "preprocess s01"]
+
+
 def test_path_prints_where_an_artifact_lies(hrcneuro, smoke):
-    done = hrcneuro("path", "epoch", "s01", "conditions.parquet", "--workdir", smoke)
-    assert done.code == 0
-    assert Path(done.out.strip()).is_file()
-    assert hrcneuro("path", "epoch", "s01", "nothing.txt", "--workdir", smoke).code == 3
+    given = ("--config", "smoke", "--workdir", smoke)
+    for words in (
+        ["epoch", "s01", "conditions.parquet"],
+        ["erp", "s01", "erp_subject.png"],
+        ["cases", "group", "fig2.pdf"],
+    ):
+        done = hrcneuro("path", *words, *given)
+        assert done.code == 0, done.err
+        assert Path(done.out.strip()).is_file()
+    assert hrcneuro("path", "epoch", "s01", "nothing.txt", *given).code == 3
+    assert "erp_subject.png" in hrcneuro("path", "erp", "s01", "erp_subjet.png", *given).err
+
+
+def test_path_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcneuro, tmp_path):
+    given = ("--workdir", tmp_path, "--no-figures", "--set", "simulate.repetitions=2", "--set", "simulate.episodes=20")
+    places = []
+    for words in ((), ("--set", "simulate.seed=7")):
+        assert hrcneuro("simulate", *given, *words).code == 0
+        places.append(hrcneuro("path", "simulate", "group", *given, *words).out.strip())
+    assert len(set(places)) == 2
+    assert hrcneuro("path", "simulate", "group", *given).out.strip() == places[0]
+    third = (*given, "--set", "simulate.seed=8")
+    done = hrcneuro("path", "simulate", "group", *third)
+    assert (done.code, done.out) == (3, "")
+    assert "params: simulate.seed 7 -> 8" in done.err
+    assert "--last" in done.err
+    assert hrcneuro("path", "simulate", "group", "--last", *third).out.strip() == places[1]
+    done = hrcneuro("path", "simulate", "group", "fig4.png", *given)
+    assert done.code == 3
+    assert "hrcneuro report" in done.err
+    assert hrcneuro("path", "simulate", "sweep", *given).code == 3
+    assert hrcneuro("path", "decode", "sweep", *given).code == 2
+
+
+def test_path_says_where_it_cannot_know_what_is_asked(hrcneuro, smoke):
+    given = (
+        "--config",
+        "smoke",
+        "--workdir",
+        smoke,
+        "--set",
+        "acquire.source=dataset",
+        "--set",
+        "acquire.path=/nowhere",
+    )
+    done = hrcneuro("path", "epoch", "s01", *given)
+    assert (done.code, done.out) == (3, "")
+    assert "whether epoch of s01 is there cannot be told: the data folder /nowhere does not exist" in done.err
+    assert hrcneuro("path", "epoch", "s01", "--last", *given).code == 0
+
+
+def test_show_alone_lists_what_there_is(hrcneuro, smoke, tmp_path):
+    given = ("--config", "smoke", "--workdir", smoke)
+    done = hrcneuro("show", *given)
+    assert done.code == 0, done.err
+    assert "epoch       s01, s02, s03\n" in done.out
+    assert "decode      s01, s02, s03, group\n" in done.out
+    assert hrcneuro("show", "--json", *given).json["stages"]["simulate"][0] == "group"
+    other = hrcneuro("show", *given, "--set", "acquire.seed=5", "--set", "simulate.seed=5")
+    assert (other.code, other.out) == (3, "")
+    assert "with another one have: acquire s01" in other.err
+    assert hrcneuro("show", "--workdir", tmp_path).code == 3
 
 
 def test_config_show_prints_values_ranges_and_origins(hrcneuro):
@@ -271,6 +342,20 @@ def test_show_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcn
     third = hrcneuro("show", "simulate", *given, "--set", "simulate.seed=8")
     assert third.out == hrcneuro("show", "simulate", *other).out
     assert "the configuration asks for something else by now" in third.err
+    third = hrcneuro("show", "simulate", "--json", *given, "--set", "simulate.seed=8")
+    assert "params: simulate.seed 7 -> 8" in third.json["note"]
+    assert third.json["note"] in third.err
+
+
+def test_show_speaks_of_the_units_that_this_configuration_has(hrcneuro, tiny):
+    given = ("--config", tiny / "tiny.toml", "--workdir", tiny, "--no-figures", "--executor", "serial")
+    assert hrcneuro("epoch", *given).code == 0
+    other = (*given, "--set", "epoch.reject_uv=900")
+    assert hrcneuro("epoch", "s02", *other).code == 0
+    done = hrcneuro("show", "epoch", *other)
+    assert (done.code, done.err) == (0, "")
+    assert re.findall(r"^epoch, (\w+)$", done.out, flags=re.M) == ["s02"]
+    assert re.findall(r"^epoch, (\w+)$", hrcneuro("show", "epoch", *given).out, flags=re.M) == ["s01", "s02"]
 
 
 def test_what_a_stage_ends_with_is_what_show_prints(hrcneuro, smoke):

@@ -72,6 +72,24 @@ def test_each_study_runs_to_its_end_and_has_a_report_that_no_other_overwrites(hr
     assert one.read_bytes() == page
 
 
+def test_a_condition_without_a_trial_is_told_at_epoch_and_events_are_no_conditions(hrcneuro, folder):
+    slip = ("--set", "conditions.target=event == 'targt'")
+    done = hrcneuro("epoch", "demo", "--no-figures", "-j", "1", cwd=folder)
+    assert done.code == 0, done.err
+    assert "trials by event:\n    all  standard 64, target 16\n" in done.out
+    assert "condition" not in done.out + done.err
+    # Also of what is fresh: the query is no part of epoch's key.
+    done = hrcneuro("epoch", "demo", "--no-figures", *slip, cwd=folder)
+    note = "demo: no trial is of the condition target = \"event == 'targt'\" (did you mean 'target'?)"
+    assert f"note: {note}\n" in done.err
+    assert "3 fresh" in done.err
+    items = hrcneuro("epoch", "demo", "--no-figures", "--json", *slip, cwd=folder).json["items"]
+    assert next(item for item in items if item["stage"] == "epoch")["summary"]["warnings"] == [note]
+    done = hrcneuro("epoch", "demo", "--no-figures", "--set", "conditions.target=evnt == 'target'", cwd=folder)
+    assert done.code == 0
+    assert "note: demo: conditions.target = \"evnt == 'target'\" cannot be evaluated" in done.err
+
+
 @pytest.mark.skipif(not SAMPLE.is_file(), reason="needs EEGLAB's sample recording")
 def test_eeglab_s_sample_runs_to_its_end(hrcneuro, tmp_path):
     for path in SAMPLE.parent.glob("eeglab_data.*"):

@@ -49,7 +49,7 @@ def test_gc_keeps_what_another_study_points_at_and_says_so(shared, tmp_path):
     assert f"kept for the study in {tmp_path / 'two'}: 1 entries" in done.out
     assert sorted(keys(shared, "one").values()) == sorted(keys(shared, "two").values()) == [False, True]
     for name in ("one", "two"):
-        shared(name, "path", "simulate", "group")
+        shared(name, "path", "simulate", "group", "--last")
 
 
 def test_gc_refuses_where_somebody_is_missing_from_the_list(shared, tmp_path):
@@ -79,7 +79,7 @@ def test_a_study_that_is_gone_is_said_kept_for_and_forgotten_on_demand(shared, t
     assert f"--forget {tmp_path / 'two'}" in done.err
     shared("elsewhere", 2)
     shared("one", "cache", "gc", "--forget", tmp_path / "two")
-    shared("elsewhere", "path", "simulate", "group")
+    shared("elsewhere", "path", "simulate", "group", "--last")
     assert "--forget" not in shared("one", "cache", "gc").err
     done = shared("one", "cache", "gc", "--forget", tmp_path / "elsewhere", code=2)
     assert "is there" in done.err
@@ -95,7 +95,7 @@ def test_a_copy_keeps_what_it_points_at_when_the_original_moves_on(shared, tmp_p
     shared("copy", 1)
     shared("one", 2)
     shared("one", "cache", "gc")
-    shared("copy", "path", "simulate", "group")
+    shared("copy", "path", "simulate", "group", "--last")
     assert len(keys(shared, "copy")) == 2
 
 
@@ -180,7 +180,7 @@ def test_gc_refuses_while_results_cannot_be_read(shared, tmp_path, leads_to):
     results.unlink()
     (tmp_path / "aside").rename(results)
     shared("one", "cache", "gc")
-    shared("one", "path", "simulate", "group")
+    shared("one", "path", "simulate", "group", "--last")
 
 
 @pytest.mark.parametrize("seed", [11])

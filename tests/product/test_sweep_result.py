@@ -47,7 +47,7 @@ def test_show_and_path_know_the_sweep(hrcneuro, swept):
     shown = hrcneuro("show", "simulate", "sweep", *SMALL, "--workdir", folder)
     assert (shown.code, shown.err) == (0, "")
     assert shown.out.strip() in done.out
-    assert hrcneuro("path", "simulate", "sweep", "needed.parquet", "--workdir", folder).code == 0
+    assert hrcneuro("path", "simulate", "sweep", "needed.parquet", *SMALL, "--workdir", folder).code == 0
 
 
 def test_where_nothing_was_swept_the_cure_is_the_option(hrcneuro, tmp_path):

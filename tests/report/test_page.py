@@ -217,6 +217,24 @@ def test_one_subject_is_not_shown_twice(written, tmp_path):
     assert {t.removeprefix("#") for t in found.targets if t.startswith("#")} <= set(found.ids)
 
 
+def test_a_report_that_is_not_whole_says_in_its_head_what_is_missing(written, page, tmp_path):
+    settings, items, _ = written
+    assert "Not whole" not in page
+    left = [i for i in items if i.stage == "acquire" and i.unit == "s01"]
+    text = write_report(settings, left, tmp_path / "report.html").read_text(encoding="utf-8")
+    head = text[text.index("<header") : text.index("</header>")]
+    assert "24 of 25 results of this configuration are missing: acquire s02, s03; preprocess s01, s02, s03; " in head
+    assert "and of 5 more stages. hrcneuro run, with the same --config and --set, makes them" in head
+    assert Reader(text).faults == []
+
+
+def test_rows_that_differ_without_simulated_data_are_named_in_whole_sentences(page):
+    head = page[page.index("<header") : page.index("</header>")]
+    (said,) = re.findall(r"<p>(The other )?(\d+) rows? .*?rest on simulated data: (.*?)</p>", head)
+    assert int(said[1]) == len(said[2].partition(". What was wanted")[0].split("; "))
+    assert "differ and do not rest" in head or "that differ do" in head
+
+
 def test_what_is_missing_of_many_subjects_is_one_line_a_reason(written, tmp_path):
     settings, items, _ = written
     left = [i for i in items if i.stage == "acquire"]

@@ -95,7 +95,8 @@ def test_the_artifacts_of_a_subject(study):
         "strata.parquet",
     ]
     assert set(summary) == {"iC", "sC"}
-    assert set(summary["iC"]["RRvsRH"]) == {*RATES, "chance", "p", "n1", "n2"}
+    assert set(summary["iC"]["RRvsRH"]) == {*RATES, "chance", "p", "n1", "n2", "decoder", "classes"}
+    assert summary["iC"]["RRvsRH"]["classes"] == ["RR_before", "RH_before"]
     assert summary["iC"]["RRvsRH"]["bacc"] > 70 > summary["iC"]["HHvsHR"]["bacc"]
     json.dumps(summary, allow_nan=False)
 
@@ -170,6 +171,8 @@ def test_too_few_trials_fall_back_and_say_so(study):
         "p": None,
         "n1": 7,
         "n2": 2,
+        "decoder": "rlda",
+        "classes": ["RR_before", "RH_before"],
     }
     assert summary["sC"]["RRvsRH"]["chance"] is None
     assert any("iC RRvsRH: not computed: the smaller class has 2 trials" in w for w in summary["warnings"])
@@ -208,15 +211,23 @@ def test_a_foreign_study(study):
 def test_several_decoders_are_compared_on_the_same_folds(study, tmp_path):
     mine = decode.Recipe("rlda", "windows", {"shrinkage": 0.2})
     config = replace(QUICK, decoders=("rlda", "rlda_600", "shrinkage_lda", "mine"), recipes={"mine": mine}, repeats=1)
-    folders = {}
+    folders, summaries = {}, {}
     for unit in ("s01", "s02", "s03"):
-        folders[unit] = study(config, unit=unit, takeover_uv=6.0, seed=int(unit[1:]))[1]
+        summaries[unit], folders[unit] = study(config, unit=unit, takeover_uv=6.0, seed=int(unit[1:]))
     predictions = read_table(folders["s01"] / "predictions.parquet")
     folds = predictions.pivot(index=["scenario", "problem", "epoch"], columns="decoder", values="fold")
     assert folds.nunique(axis=1).eq(1).all()
     out = tmp_path / "group"
     out.mkdir()
-    decode.run_group(config, Inputs.of("group", decode=folders), out)
+    group = decode.run_group(config, Inputs.of("group", decode=folders), out)
+    for place, summary in ((folders["s01"] / "scores.parquet", summaries["s01"]), (out / "table2.parquet", group)):
+        said = summary["iC"]["RRvsRH"]
+        assert (said["decoder"], set(said["others"])) == ("rlda", {"rlda_600", "shrinkage_lda", "mine"})
+        table = read_table(place)
+        rows = table[(table["scenario"] == "iC") & (table["problem"] == "RRvsRH") & (table["decoder"] == "mine")]
+        acc = rows["acc"] if "acc" in rows else rows.set_index("measure").loc[["acc"], "mean"]
+        assert said["others"]["mine"]["acc"] == pytest.approx(acc.iloc[0], abs=1e-4)
+        json.dumps(summary, allow_nan=False)
     compared = read_table(out / "compared.parquet")
     assert len(compared) == 4 * 3
     assert (compared["p_holm"] >= compared["p"]).all()
@@ -362,7 +373,6 @@ def test_check_names_every_contradiction():
     bad = replace(
         QUICK,
         decoders=("rlda", "toeplitz", "rlda"),
-        problems={"one": ("HH_before",), "two": ("HH_befor", "HR_before")},
         mean_window_s=(0.8, 0.0),
         recipes={
             "steep": decode.Recipe("rlda", params={"shrinkage": 1.5}),
@@ -379,8 +389,6 @@ def test_check_names_every_contradiction():
     for part in (
         "'toeplitz' (did you mean 'toeplitz_lda'?)",
         "only once",
-        "problem one",
-        "did you mean 'HH_before'",
         "start first",
         "recipes.steep.params = {'shrinkage': 1.5}; allowed for rlda: 0 < shrinkage <= 1",
         "recipes.flat.features = 'epochs'; allowed for rlda: windows, windows_600, steps, windows_bands",

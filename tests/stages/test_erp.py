@@ -432,9 +432,6 @@ def test_values_that_are_not_finite_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"contrasts": {"a": ("RH_befor", "RR_before")}}, "'RH_befor' (did you mean 'RH_before'?)"),
-        ({"contrasts": {"a": ("RH_before",)}}, "contrast a = ['RH_before']: it needs two"),
-        ({"conditions": {}, "contrasts": {}}, "there is no condition"),
         ({"baseline_s": (0.0, -0.2)}, "baseline_s = [0.0, -0.2]"),
         ({"map_times_s": (0.1, 0.2, 0.3, 0.4, 0.5)}, "map_times_s has 5 times"),
     ],

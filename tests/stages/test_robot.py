@@ -211,6 +211,7 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
         ({"rescue_folder": ""}, "rescue_folder is empty"),
         ({"lead_s": 0.2}, "lead_s = 0.2 is above max_lead_s = 0.05"),
         ({"patient": True, "backend": "ur", "host": "127.0.0.1"}, "a real arm is never driven on old packets"),
+        ({"patient": True}, "no packets that could be late; allowed with ursim"),
         ({"patient": True, "backend": "ros", "at_the_robot": True}, "allowed with ursim"),
     ],
 )
