@@ -81,7 +81,7 @@ class SessionRecording:
         self._thread: threading.Thread | None = None
         self._reserve: int | None = None  # of a file without a name: its room is free again however this process ends
         try:
-            self.place = _new_folder(parent)
+            self.place = new_folder(parent)
             now = datetime.now().astimezone().isoformat(timespec="seconds")
             text = json.dumps({"began": now, **about}, indent=1)
             (self.place / "session.json").write_text(f"{text}\n", encoding="utf-8")
@@ -213,7 +213,12 @@ def read_stream(path: Path) -> pd.DataFrame:
     return pa.Table.from_batches(batches, schema=schema).to_pandas()
 
 
-def _new_folder(parent: Path) -> Path:
+def new_folder(parent: Path) -> Path:
+    """Make and return a recording's folder, named by the time of day; another attempt's is never taken.
+
+    Raises:
+        OSError: It cannot be made.
+    """
     parent.mkdir(parents=True, exist_ok=True)
     name = f"{datetime.now():%Y-%m-%dT%H%M%S}"
     for number in range(1, 1000):
