@@ -159,6 +159,8 @@ class Session:
         self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
         for key, inlet in opened.inlets.items():
             self.recorder.add(key, inlet)
+        # Whatever ends this process: which streams these are stands there.
+        self._note()
 
     def step(self) -> None:
         """Record what has come, and look for streams that are gone.

@@ -94,6 +94,7 @@ def stream_footer(number: int, first: float, last: float, count: int, offsets: S
         count: Number of its samples.
         offsets: (when, offset) of each measured difference of clocks, as :func:`clock_offset`.
     """
+    first, last = float(first), float(last)
     clocks = "".join(
         f"<offset><time>{when - offset!r}</time><value>{offset!r}</value></offset>" for when, offset in offsets
     )
