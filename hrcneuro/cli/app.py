@@ -11,6 +11,7 @@ from hrcneuro import __version__
 # Importing a file declares its commands.
 from hrcneuro.cli import (  # noqa: F401
     acquire,
+    amp,
     cache,
     config,
     doctor,

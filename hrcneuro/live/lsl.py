@@ -6,6 +6,7 @@ import contextlib
 import os
 import threading
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -43,7 +44,8 @@ def library(purpose: str, *, instead: str = "") -> Any:
         ) from error
     places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
     if not any(Path(place).expanduser().is_file() for place in places if place):
-        # On a machine whose only network is itself, not all streams would be found; and liblsl tells on standard error what is no error here.
+        # On a machine whose only network is itself, not all streams would be found. Errors of liblsl on standard error
+        # are of connections that end, which is no error here.
         lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
     return lsl
 
@@ -129,6 +131,55 @@ class LslInlet:
                 offset = float(self._inlet.time_correction(timeout=2.0))
                 self._measured.append((float(self._clock()), offset))
             wait = _OFFSET_EVERY_S
+
+
+class LslOutlet:
+    """A stream that is sent; samples carry the stamps that they are given."""
+
+    def __init__(
+        self,
+        name: str,
+        kind: str,
+        labels: Sequence[str],
+        *,
+        sfreq: float,
+        source_id: str,
+        types: Sequence[str] = (),
+        units: Sequence[str] = (),
+    ) -> None:
+        """Let it be there.
+
+        Args:
+            name, kind: By which it is found.
+            labels: Of its channels.
+            sfreq: Nominal rate, Hz; 0 for texts at irregular times.
+            source_id: By which it is found again after an interruption.
+            types, units: Of its channels.
+
+        Raises:
+            HardwareError: mne-lsl is absent.
+        """
+        lsl = library("streams go out through")
+        about = lsl.StreamInfo(name, kind, len(labels), sfreq, "float32" if sfreq else "string", source_id)
+        about.set_channel_names(list(labels))
+        if types:
+            about.set_channel_types(list(types))
+        if units:
+            about.set_channel_units(list(units))
+        self._outlet: Any = lsl.StreamOutlet(about)
+        self.clock = lsl.local_clock
+
+    def push(self, stamps: np.ndarray, values: np.ndarray) -> None:
+        """Send samples, shape (n_samples, n_channels), each with its stamp, seconds."""
+        self._outlet.push_chunk(np.ascontiguousarray(values, np.float32), timestamp=np.asarray(stamps, float))
+
+    def send(self, text: str, stamp: float) -> None:
+        """Send a text with its stamp, seconds."""
+        self._outlet.push_sample([text], timestamp=stamp)
+
+    def close(self) -> None:
+        """Let it vanish."""
+        self._outlet = None
 
 
 class LslNetwork:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from hrcneuro.paradigm import markers
 from hrcneuro.paradigm.grid import CENTRE, OPPOSITE, SIZE, Tile, beyond, distance, inside
 from hrcneuro.robot.limits import MAX_SPEED
 from hrcneuro.robot.parameters import Durations, Pace, Selection
@@ -36,8 +37,8 @@ class PlannedMove:
 
     def marker(self, subject: str) -> str:
         """Return the text of the move's marker: tags between slashes, by which MNE selects epochs."""
-        numbers = "/".join(f"{name}={getattr(self, name)}" for name in ("scenario", "block", "episode", "trial"))
-        return f"move/subject={subject}/{numbers}" + ("/practice" if self.practice else "")
+        names = ("scenario", "block", "episode", "trial", "practice")
+        return markers.of_move(subject, **{name: getattr(self, name) for name in names})
 
 
 class TooQuick(ValueError):
