@@ -25,6 +25,7 @@ from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
 from hrcneuro.live.transport import TRUTH, Inlet, Lost
+from hrcneuro.sources import origin
 
 if TYPE_CHECKING:
     from hrcneuro.eeg.synthetic.endless import Endless
@@ -42,12 +43,14 @@ class Recorded:
         kinds: ``eeg`` or ``eog``, one a channel.
         onsets: Samples of its moves' onsets.
         markers: Their markers.
+        remark: That it was simulated, where it was.
     """
 
     signal: Replay
     kinds: Sequence[str]
     onsets: np.ndarray
     markers: Sequence[str]
+    remark: str
 
 
 def recorded(options: Options, study: Settings, subject: str) -> Recorded:
@@ -82,6 +85,7 @@ def recorded(options: Options, study: Settings, subject: str) -> Recorded:
         [kinds[i] for i in picks],
         table["onset_sample"].to_numpy(int),
         [marker_of(row, subject) for row in table.to_dict("records")],
+        origin.mark_of(origin.Origins.of(items[0].summary["origin"])),
     )
 
 
@@ -115,7 +119,8 @@ def run(
     signal_, kinds = (source.signal, source.kinds) if source is not None else (brain, _kinds())
     assert signal_ is not None
     with LslNetwork() as network:
-        opened = _outlets(stream, subject, signal_, kinds, faults)
+        remark = source.remark if source is not None else origin.mark_of(origin.SYNTHETIC)
+        opened = _outlets(stream, subject, signal_, kinds, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
         twin = opened() if any(one.kind == "twin" for one in faults) else None
@@ -176,7 +181,7 @@ def _kinds() -> Sequence[str]:
 
 
 def _outlets(
-    stream: str, subject: str, source: Signal, kinds: Sequence[str], faults: Sequence[Fault]
+    stream: str, subject: str, source: Signal, kinds: Sequence[str], faults: Sequence[Fault], remark: str
 ) -> Callable[[], LslOutlet]:
     constant = {one.kind: one.value for one in faults}
     names = [str(i + 1) for i in range(len(kinds))] if "labels" in constant else list(source.ch_names)
@@ -189,6 +194,7 @@ def _outlets(
         source_id=f"hrcneuro-amp-{subject}",
         types=[*kinds, "stim"],
         units=[*[unit] * len(kinds), "none"],
+        remark=remark,
     )
 
 

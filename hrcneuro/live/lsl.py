@@ -146,6 +146,7 @@ class LslOutlet:
         source_id: str,
         types: Sequence[str] = (),
         units: Sequence[str] = (),
+        remark: str = "",
     ) -> None:
         """Let it be there.
 
@@ -155,6 +156,7 @@ class LslOutlet:
             sfreq: Nominal rate, Hz; 0 for texts at irregular times.
             source_id: By which it is found again after an interruption.
             types, units: Of its channels.
+            remark: A sentence that goes with it into every recording.
 
         Raises:
             HardwareError: mne-lsl is absent.
@@ -166,6 +168,8 @@ class LslOutlet:
             about.set_channel_types(list(types))
         if units:
             about.set_channel_units(list(units))
+        if remark:
+            about.desc.append_child_value("remark", remark)
         self._outlet: Any = lsl.StreamOutlet(about)
         self.clock = lsl.local_clock
 

@@ -12,7 +12,7 @@ from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import xdf_time
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
-from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
+from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of, recorded_gaps
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import is_no_voltage, voltage_unit
@@ -40,7 +40,8 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     stamps = np.asarray(eeg["time_stamps"], float)
     if not np.isfinite(stamps).all():
         raise DataError(f"{path.name}: stream {info(eeg, 'name')!r} has time stamps that are no numbers")
-    parts = xdf_time.segments(stamps, rate_of(eeg) or 1 / float(np.median(np.diff(stamps))))
+    streams, gaps_known = recorded_gaps(streams, stamps)
+    parts = xdf_time.segments(stamps, rate_of(eeg) or 1 / float(np.median(np.diff(stamps))), gaps_known)
     times, measured = xdf_time.steady(stamps, parts)
     sfreq = _sfreq(eeg, measured, stream_rate, rate_tolerance, path)
     recording = _signals(eeg, sfreq, notes)
