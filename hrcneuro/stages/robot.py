@@ -13,6 +13,7 @@ from hrcneuro import interrupts
 from hrcneuro.arms.connection import Connection
 from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option, params
 from hrcneuro.errors import ConfigError, DataError, cured
+from hrcneuro.live import triggers
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
 from hrcneuro.robot.tracking import Tracking
@@ -38,6 +39,9 @@ class Config(Pace, Safety, Tracking, Durations, Selection, Connection):
         "none", "lsl: each motion onset also goes out on the lab streaming layer; not from sim, whose clock is virtual",
         choices=("none", "lsl"),
     )  # fmt: skip
+    trigger: triggers.TriggerOptions = option(
+        triggers.TriggerOptions(), "each motion onset also goes out on a trigger port"
+    )
     recorder_wait_s: float = option(
         0.0, "wait so long for a recorder of the markers before anything moves; 0: do not wait", unit="s", low=0.0,
         high=3600.0, keyed=False,
@@ -74,6 +78,12 @@ def check(config: Config) -> list[str]:
             "markers = 'lsl' with backend = 'sim': its clock is virtual and runs faster than any recording; allowed "
             "with ursim, ur and ros"
         )
+    if config.trigger.port != "none" and config.backend == "sim":
+        mistakes.append(
+            f"trigger.port = {config.trigger.port!r} with backend = 'sim': its clock is virtual; allowed with ursim, "
+            "ur and ros"
+        )
+    mistakes += triggers.mistakes(config.trigger, "trigger")
     if config.patient and config.backend == "sim":
         mistakes.append(
             "patient = true with backend = 'sim': it runs in this process and has no packets that could be late; "
@@ -220,8 +230,26 @@ def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock,
 
 
 def _on_onset(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset | None:
-    if config.markers != "lsl":
+    """Return what is done at each onset, the trigger first: it times the recording; none where nobody is told."""
+    senders: list[OnOnset] = []
+    if config.trigger.port != "none":
+        import time
+
+        port = stack.enter_context(triggers.TriggerPort(config.trigger, time.perf_counter))
+        senders.append(lambda age, move: port.signal(config.trigger.move_code))
+    if config.markers == "lsl":
+        senders.append(_marking(config, driven, stack))
+    if not senders:
         return None
+
+    def tell(age: Callable[[], float], move: int) -> None:
+        for send in senders:
+            send(age, move)
+
+    return tell
+
+
+def _marking(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset:
     from hrcneuro.live.markers import MarkerOutlet
 
     outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {driven.subject}"))
