@@ -168,9 +168,11 @@ class Amplifier:
             values = values.copy()
             values[:, : self._flat] = 0
         rows = np.column_stack([values * np.float32(self._scale), triggers]).astype(np.float32)
-        stamps = self.start + numbers / self._rate + self._delay
+        late = self._delay
         if self._jitter:
-            stamps += abs(self._jitter * self._rng.standard_normal())
+            # No sample is stamped before it was taken.
+            late = max(0.0, late + self._jitter * self._rng.standard_normal())
+        stamps = self.start + numbers / self._rate + late
         lost = any(fault.kind == "drop" for fault, _ in self._begun)
         if self._outlet is not None and not lost and not self._stuck:
             self._outlet.push(stamps, rows)

@@ -11,7 +11,7 @@ from hrcneuro.errors import ConfigError, did_you_mean
 KINDS = {
     "delay": (0.0, 10.0, 0.037, "stamp every sample this many seconds late, as a driver does that stamps on arrival"),
     "drift": (-1000.0, 1000.0, 50.0, "let the amplifier's clock run faster by this many parts in a million"),
-    "jitter": (0.0, 1.0, 0.005, "stamp chunks late by chance, with this SD in seconds"),
+    "jitter": (0.0, 1.0, 0.005, "stamp chunks early and late by chance around the delay, with this SD in seconds"),
     "drop": (0.0, 3600.0, 0.1, "lose the samples of this many seconds"),
     "stall": (0.0, 3600.0, 2.0, "hold back everything for this many seconds, then send it"),
     "reconnect": (0.0, 3600.0, 2.0, "vanish, and come back after this many seconds, without what was meanwhile"),
