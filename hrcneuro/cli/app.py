@@ -22,6 +22,7 @@ from hrcneuro.cli import (  # noqa: F401
     run,
     simulate,
     stages,
+    timing,
     ur10,
 )  # fmt: skip
 from hrcneuro.cli.declare import app

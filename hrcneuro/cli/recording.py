@@ -28,6 +28,7 @@ from hrcneuro.live.part import Part
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
+_QUICK_S = 0.001
 _LIBRARIES = ("hrcneuro", "mne-lsl", "pyxdf", "numpy")
 
 
@@ -76,9 +77,18 @@ def _looked(look: Look) -> dict[str, Any]:
 
 
 def run(
-    workdir: Path, subject: str, options: RecordOptions, talk: Console, *, seconds: float = 0, resume: bool = False
+    workdir: Path,
+    subject: str,
+    options: RecordOptions,
+    talk: Console,
+    *,
+    seconds: float = 0,
+    resume: bool = False,
+    quick: bool = False,
 ) -> Answer:
     """Record until Ctrl-C, or for so many seconds; return how it ended.
+
+    ``quick`` takes samples as soon as they come, to time them, and does not read the file back.
 
     Raises:
         HardwareError: The streams are not as they should be; nothing was recorded.
@@ -100,11 +110,15 @@ def run(
             raise
         view = View(talk, folder, options)
         going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
-        fault = _go_on(going, part, notes, view, seconds)
+        fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
+    if quick:
+        return Answer(1 if fault else 0, {"folder": str(folder)})
     return _ended(folder, notes, fault, talk)
 
 
-def _go_on(going: session.Session, part: Part, notes: journal.Journal, view: View, seconds: float) -> str:
+def _go_on(
+    going: session.Session, part: Part, notes: journal.Journal, view: View, seconds: float, step_s: float
+) -> str:
     """Step until Ctrl-C; return why the disk took no more, or an empty string."""
     begun = time.monotonic()
     interrupts.once(view.tell_patience)
@@ -113,7 +127,7 @@ def _go_on(going: session.Session, part: Part, notes: journal.Journal, view: Vie
             while not seconds or time.monotonic() - begun < seconds:
                 going.step()
                 view.show(going.recorder.streams, part.size, time.monotonic() - begun)
-                time.sleep(session.STEP_S)
+                time.sleep(step_s)
         interrupts.hold()
         going.close()
     except OSError as error:

@@ -11,6 +11,7 @@ import numpy as np
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.transport import TRUTH, Description
 
+_WAVER_S = 0.01
 _MICROVOLTS = ("microvolts", "microvolt", "uv", "µv", "μv")
 _SCALE = {**dict.fromkeys(_MICROVOLTS, 1.0), "millivolts": 1e3, "mv": 1e3, "volts": 1e6, "v": 1e6, "nanovolts": 1e-3}
 
@@ -146,8 +147,10 @@ def comes(key: str, want: Declared, look: Look, options: RecordOptions) -> Itera
             "start the acquisition at the amplifier",
         )
         return
-    measured = (len(look.stamps) - 1) / (look.stamps[-1] - look.stamps[0])
-    if abs(measured / sfreq - 1) > options.rate_tolerance:
+    span = float(look.stamps[-1] - look.stamps[0])
+    measured = 1 / float(np.polyfit(np.arange(len(look.stamps)), look.stamps, 1)[0])
+    # Stamps waver by some milliseconds, which is much of a short look.
+    if abs(measured / sfreq - 1) > options.rate_tolerance + _WAVER_S / span:
         yield Problem(
             "other rate",
             key,

@@ -6,6 +6,7 @@ those it is handed, so that the same code records at virtual pace.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -26,6 +27,7 @@ _OWN_XML = (
 )
 _BOUNDARY_S = 10.0
 _SYNC_S = 1.0
+_LAGS = 40_000  # half an hour of steps
 
 
 @dataclass
@@ -40,6 +42,7 @@ class Stream:
         watch: Whether it comes as it should.
         offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
         last: The newest samples, for who looks on.
+        lags: From when the newest sample of a pull was taken to when it was received and written, s.
     """
 
     key: str
@@ -49,6 +52,7 @@ class Stream:
     watch: StreamWatch
     offsets: list[tuple[float, float]] = field(default_factory=list)
     last: Samples | None = None
+    lags: deque[float] = field(default_factory=lambda: deque(maxlen=_LAGS))
 
 
 Tell = Callable[[Stream, Event], None]
@@ -155,5 +159,6 @@ class Recorder:
             self.mark(stream, event)
         if len(samples):
             stream.last = samples
+            stream.lags.append(now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0))
             about = stream.description
             self._part.add(xdf.samples(stream.number, samples.stamps, samples.values, about.channel_format))

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from hrcneuro.eeg.stamps import segments
 from hrcneuro.live import journal
 from hrcneuro.live.recorder import OWN
 from hrcneuro.live.watch import StreamWatch
@@ -83,20 +84,31 @@ def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) ->
     counted = entries[key]["samples"] if same and ended else None
     stamps, sfreq = np.asarray(stream["time_stamps"], float), float(info["nominal_srate"][0])
     watch = StreamWatch(sfreq, stall_s=np.inf)
-    events = watch.feed(stamps, 0.0)
-    holes = [one for one in events if one.kind in ("gap", "clock")]
+    watch.learn(stamps)
+    holes, missing = _holes(watch, stamps)
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
     return Checked(
         part=number,
         stream=key,
         samples=len(stamps),
         counted=counted,
-        missing=watch.missing,
-        gaps=len(holes),
+        missing=missing,
+        gaps=holes,
         drift_ppm=_drift(stream),
         rate=float(rate),
         whole=not holes and counted in (None, len(stamps)) and (len(stamps) > 0 or not sfreq),
     )
+
+
+def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:
+    """Return in how many places a stream has a gap or another clock, and how many samples are missing."""
+    if watch.wavers:
+        # No single step tells: what comes after a gap comes later for good.
+        parts = segments(stamps, watch.sfreq)
+        gaps = [stamps[start] - stamps[start - 1] for start, _ in parts[1:]]
+        return len(gaps), sum(max(0, round(gap * watch.sfreq) - 1) for gap in gaps)
+    events = watch.feed(stamps, 0.0)
+    return sum(one.kind in ("gap", "clock") for one in events), watch.missing
 
 
 def _drift(stream: Mapping[str, Any]) -> float | None:

@@ -158,7 +158,9 @@ class Session:
         self._noted = clock()
         self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
         for key, inlet in opened.inlets.items():
-            self.recorder.add(key, inlet)
+            stream = self.recorder.add(key, inlet)
+            if key in opened.looks:
+                stream.watch.learn(opened.looks[key].stamps)
         # Whatever ends this process: which streams these are stands there.
         self._note()
 
@@ -245,7 +247,16 @@ def summary(stream: Stream) -> dict[str, Any]:
         "first": watch.first if watch.count else None,
         "last": watch.last if watch.count else None,
         "clock_offset_s": stream.offsets[-1][1] if stream.offsets else None,
+        "lag_ms": _lag_ms(stream),
     }
+
+
+def _lag_ms(stream: Stream) -> dict[str, float] | None:
+    """Return how late samples were received and written, by their own stamps; nothing where none came."""
+    if not stream.lags:
+        return None
+    lags = 1e3 * np.array(stream.lags)
+    return {"median": float(np.median(lags)), "p99": float(np.percentile(lags, 99)), "worst": float(lags.max())}
 
 
 def refuse(problems: list[Problem]) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 _LEARN = 400  # steps between samples from which it is learned how they waver
 _STEADY = 0.05  # of the sampling interval
+_OFTEN = 0.01
 _WAVER = 8.0  # so many times the usual deviation of a step is no usual one
 _RESET_S = 1.0  # by so much more than the time that passed a clock does not run ahead
 
@@ -71,6 +72,16 @@ class StreamWatch:
     _came: float | None = None
     _steps: deque[float] = field(default_factory=lambda: deque(maxlen=_LEARN))
 
+    def learn(self, stamps: np.ndarray) -> None:
+        """Take in how the stamps of this stream waver, from some seconds of it before the watch."""
+        if self.sfreq:
+            self._steps.extend(abs(np.diff(stamps) - 1 / self.sfreq)[-_LEARN:])
+
+    @property
+    def wavers(self) -> bool:
+        """Whether stamps differ from a steady rate by more than half a sample, so that small gaps show in no step."""
+        return bool(self.sfreq) and self._usual() > 0.5 / self.sfreq
+
     def feed(self, stamps: np.ndarray, now: float) -> list[Event]:
         """Return what stands out in newly come samples.
 
@@ -116,7 +127,7 @@ class StreamWatch:
             elif (lost := round(step * self.sfreq) - 1) > 0:
                 self.missing += lost
                 events.append(Event("gap", stamp, lost * interval, lost))
-        self._steps.extend(abs(np.delete(steps, odd)[-_LEARN:] - interval))
+        self._steps.extend(abs(steps[-_LEARN:] - interval))
         return events
 
     def _usual(self) -> float:
@@ -124,8 +135,8 @@ class StreamWatch:
         interval = 1 / self.sfreq
         if len(self._steps) < _LEARN // 4:
             return 0.5 * interval
-        # Most steps within a chunk are exact: those between chunks waver, and they are few.
+        # Most steps within a chunk are exact: those between chunks waver. A gap now and then is no wavering.
         wavering = [step for step in self._steps if step > _STEADY * interval]
-        if not wavering:
+        if len(wavering) < _OFTEN * len(self._steps):
             return 0.5 * interval
         return max(0.5 * interval, _WAVER * float(np.median(wavering)))

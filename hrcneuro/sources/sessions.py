@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import DataError
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources import joining, matching, triggers
@@ -171,14 +172,9 @@ def snapped(marker_s: np.ndarray, edges_s: np.ndarray, *, window_s: float, delay
         window_s: How far an edge may be from its marker.
         delay_s: How much later than it happened the amplifier's stamps show something.
     """
-    trigger = np.full(len(marker_s), np.nan)
+    at = nearest(marker_s, edges_s, window=window_s, expected=delay_s)
+    trigger = np.where(at >= 0, edges_s[at], np.nan) if len(edges_s) else np.full(len(marker_s), np.nan)
     expected = marker_s + delay_s
-    if len(edges_s):
-        at = np.clip(np.searchsorted(edges_s, expected), 1, max(len(edges_s) - 1, 1))
-        left, right = edges_s[at - 1], edges_s[np.minimum(at, len(edges_s) - 1)]
-        nearest = np.where(np.abs(left - expected) <= np.abs(right - expected), left, right)
-        near = np.abs(nearest - expected) <= window_s
-        trigger[near] = nearest[near]
     return Onsets(marker_s, trigger, np.where(np.isfinite(trigger), trigger, expected))
 
 

