@@ -9,7 +9,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -123,7 +123,7 @@ def run(
         opened = _outlets(stream, subject, signal_, kinds, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
-        twin = opened() if any(one.kind == "twin" for one in faults) else None
+        twin = opened(f"hrcneuro-twin-{subject}") if any(one.kind == "twin" for one in faults) else None
         person = Person(amplifier, brain)
         listening = _Listening(network, person) if source is None else None
         sender = _Sender(source, amplifier, subject) if source is not None else None
@@ -171,7 +171,9 @@ def _brain(study: Settings, subject: str) -> Endless:
     from hrcneuro.sources.simulated import generator
 
     acquire = study.sections["acquire"]
-    return Endless(params=acquire.eeg, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"))
+    # Channels go bad on demand, not by chance: what is tried with them should be the same each time.
+    sound = replace(acquire.eeg, bad_channels=0, noisy_channels=0)
+    return Endless(params=sound, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"))
 
 
 def _kinds() -> Sequence[str]:
@@ -182,16 +184,16 @@ def _kinds() -> Sequence[str]:
 
 def _outlets(
     stream: str, subject: str, source: Signal, kinds: Sequence[str], faults: Sequence[Fault], remark: str
-) -> Callable[[], LslOutlet]:
+) -> Callable[..., LslOutlet]:
     constant = {one.kind: one.value for one in faults}
     names = [str(i + 1) for i in range(len(kinds))] if "labels" in constant else list(source.ch_names)
     unit = "volts" if "volts" in constant else "microvolts"
-    return lambda: LslOutlet(
+    return lambda source_id=f"hrcneuro-amp-{subject}": LslOutlet(
         stream,
         "EEG",
         [*names, TRIGGER],
         sfreq=constant.get("rate", source.sfreq),
-        source_id=f"hrcneuro-amp-{subject}",
+        source_id=source_id,
         types=[*kinds, "stim"],
         units=[*[unit] * len(kinds), "none"],
         remark=remark,

@@ -132,12 +132,14 @@ def _go_on(
         going.close()
     except OSError as error:
         interrupts.hold()
+        fault = f"{part.path} takes no more: {error.strerror or error}"
+        view.fail(fault)
         notes.part["state"] = journal.FULL
         with contextlib.suppress(OSError):
             part.close()
         with contextlib.suppress(OSError):
             notes.write()
-        return f"{part.path} takes no more: {error.strerror or error}"
+        return fault
     finally:
         interrupts.forget()
     return ""
@@ -196,7 +198,8 @@ def _ended(folder: Path, notes: journal.Journal, fault: str, talk: Console) -> A
     if fault:
         lines.append(f"the recording ended early: {fault}; all that had been written is kept")
     whole = bool(checked) and all(one["whole"] for one in checked) and not fault and not trouble
-    return Answer(0 if whole else 1, {"folder": str(folder), "whole": whole, "check": checked}, lines)
+    about = {"folder": str(folder), "whole": whole, "fault": fault or trouble, "check": checked}
+    return Answer(0 if whole else 1, about, lines)
 
 
 def verdict(folder: Path, checked: list[dict[str, Any]]) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -65,6 +66,10 @@ class View:
             self._live.console.print(text, style="bold red", highlight=False)
         else:
             self._talk.say(text, style="bold red")
+
+    def fail(self, text: str) -> None:
+        """Say at once that the recording cannot go on."""
+        print(f"\aerror: {text}; the recording ends", file=sys.stderr, flush=True)
 
     def tell_patience(self) -> None:
         """Answer those who press Ctrl-C again."""

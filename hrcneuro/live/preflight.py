@@ -114,7 +114,8 @@ def says(key: str, want: Declared, got: Description) -> Iterator[Problem]:
         spare = [label for label in got.labels if label not in want.channels]
         told = [f"lacks {', '.join(absent)}"] * bool(absent) + [f"has also {', '.join(spare)}"] * bool(spare)
         yield _channels(key, f"{got.name!r} {' and '.join(told) or 'has them in another order'}")
-    units = sorted({unit for unit in got.units if unit} or {"none"})
+    # A trigger channel has no unit, which it may say.
+    units = sorted({unit for unit in got.units if unit.lower() not in ("", "none")}) or ["none"]
     if want.unit and not all(_same_unit(unit, want.unit) for unit in units):
         yield Problem(
             "other unit",
