@@ -20,7 +20,7 @@ from hrcneuro import interrupts
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
 from hrcneuro.errors import REFUSED, ConfigError, DataError, HrcError, StageError
-from hrcneuro.io.recordings import check_room, new_folder
+from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.live import journal, selfcheck, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
