@@ -121,6 +121,24 @@ def plan(moves: pd.DataFrame, durations: Durations) -> list[PlannedMove]:
     return out
 
 
+def evoking(moves: Sequence[PlannedMove], trials: pd.DataFrame) -> list[dict[str, object]]:
+    """Return what each move evokes in a person who knows the log: its row's actor, errors, case and turn, plain values.
+
+    Args:
+        moves: What is replayed.
+        trials: The subject's trial table.
+    """
+    names = ("actor", "error", "prev_error", "condition_before", "turn", "scenario")
+    keys = ("practice", "block", "episode", "trial")
+    rows = {tuple(row[key] for key in keys): row for row in trials.to_dict("records")}
+    found = []
+    for move in moves:
+        row = rows[tuple(getattr(move, key) for key in keys)]
+        plain = {name: row[name] for name in names}
+        found.append({name: None if value != value or value is None else value for name, value in plain.items()})
+    return found
+
+
 def sampling_rate(trials: pd.DataFrame) -> float:
     """Return the rate of the recording that a trial table belongs to, Hz; nan where it belongs to none."""
     if not {"onset_s", "onset_sample"} <= set(trials):

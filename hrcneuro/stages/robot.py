@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import itertools
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from hrcneuro.errors import ConfigError, DataError, cured
 from hrcneuro.live import triggers
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
+from hrcneuro.robot.plan import evoking
 from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
@@ -41,6 +43,9 @@ class Config(Pace, Safety, Tracking, Durations, Selection, Connection):
     )  # fmt: skip
     trigger: triggers.TriggerOptions = option(
         triggers.TriggerOptions(), "each motion onset also goes out on a trigger port"
+    )
+    truth: bool = option(
+        False, "ursim: also tell hrcneuro amp what a person who knows the log would expect", keyed=False
     )
     recorder_wait_s: float = option(
         0.0, "wait so long for a recorder of the markers before anything moves; 0: do not wait", unit="s", low=0.0,
@@ -84,6 +89,10 @@ def check(config: Config) -> list[str]:
             "ur and ros"
         )
     mistakes += triggers.mistakes(config.trigger, "trigger")
+    if config.truth and config.backend != "ursim":
+        mistakes.append(
+            f"truth = true with backend = {config.backend!r}: nobody simulates a person there; allowed with ursim"
+        )
     if config.patient and config.backend == "sim":
         mistakes.append(
             "patient = true with backend = 'sim': it runs in this process and has no packets that could be late; "
@@ -154,7 +163,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         if config.backend != "sim":
             driven.begin_recording(config, about=params(config), copy=out)
         try:
-            _drive(config, driven)
+            _drive(config, driven, trials)
         except BaseException as error:
             interrupts.hold()
             reason = driven.stopped(with_cure(error, may_be_patient=may_be_patient))
@@ -164,7 +173,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         return driven.ended(out)
 
 
-def _drive(config: Config, driven: Driven) -> None:
+def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
     """Drive the arm through the session; why it ends early is said at once, and whatever ends it leaves it at rest."""
     from hrcneuro.robot.session import run_session
 
@@ -173,7 +182,7 @@ def _drive(config: Config, driven: Driven) -> None:
         gc.collect()
         gc.freeze()
         stack.callback(gc.unfreeze)
-        on_onset = _on_onset(config, driven, stack)
+        on_onset = _on_onset(config, driven, trials, stack)
         arm, clock = _arm(config, driven.workspace, stack)
         loop = _loop(
             config, driven.workspace, arm, clock, on_onset=on_onset, on_stop=driven.tell_stop,
@@ -229,16 +238,21 @@ def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock,
     return _loop(config, workspace, arm, clock, on_stop=on_stop)
 
 
-def _on_onset(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset | None:
+def _on_onset(config: Config, driven: Driven, trials: pd.DataFrame, stack: contextlib.ExitStack) -> OnOnset | None:
     """Return what is done at each onset, the trigger first: it times the recording; none where nobody is told."""
-    senders: list[OnOnset] = []
-    if config.trigger.port != "none":
-        import time
+    from hrcneuro.live import onsets
 
-        port = stack.enter_context(triggers.TriggerPort(config.trigger, time.perf_counter))
-        senders.append(lambda age, move: port.signal(config.trigger.move_code))
+    senders: list[OnOnset] = []
+    texts = [move.marker(driven.subject) for move in driven.moves]
+    source = f"hrcneuro robot {driven.subject}"
+    if config.trigger.port != "none":
+        senders.append(onsets.trigger(config.trigger, stack))
     if config.markers == "lsl":
-        senders.append(_marking(config, driven, stack))
+        senders.append(onsets.marker(source, texts, driven.stamps, config.recorder_wait_s, stack))
+    if config.truth:
+        rows = [{"marker": text, **row} for text, row in zip(texts, evoking(driven.moves, trials), strict=True)]
+        gaps = [move.gap if not after.first else float("nan") for move, after in itertools.pairwise(driven.moves)]
+        senders.append(onsets.truth(f"{source} truth", rows, [*gaps, float("nan")], stack))
     if not senders:
         return None
 
@@ -247,19 +261,6 @@ def _on_onset(config: Config, driven: Driven, stack: contextlib.ExitStack) -> On
             send(age, move)
 
     return tell
-
-
-def _marking(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset:
-    from hrcneuro.live.markers import MarkerOutlet
-
-    outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {driven.subject}"))
-    if config.recorder_wait_s:
-        outlet.wait(config.recorder_wait_s)
-
-    def mark(age: Callable[[], float], move: int) -> None:
-        driven.stamps[move] = outlet.send(driven.moves[move].marker(driven.subject), age)
-
-    return mark
 
 
 def _loop(

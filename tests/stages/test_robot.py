@@ -439,7 +439,7 @@ def test_the_keys_that_users_write_stay_as_they_are():
         t_f_s t_f_range_s t_f_default_s start_next pause_s longest_gap_s gain damping lead_s max_acceleration
         stop_deceleration stop_jerk approach_speed approach_acceleration approach_jerk homing_speed
         homing_acceleration homing_jerk rescue_folder cell max_late_s max_lead_s max_path_error_mm
-        patient trigger
+        patient trigger truth
     """
     fields = {f.name: f for f in dataclasses.fields(robot.Config)}
     assert set(fields) == set(names.split())
