@@ -17,7 +17,6 @@ from hrcneuro.errors import ConfigError, DataError, cured
 from hrcneuro.live import triggers
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
-from hrcneuro.robot.plan import evoking
 from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
@@ -91,7 +90,7 @@ def check(config: Config) -> list[str]:
     mistakes += triggers.mistakes(config.trigger, "trigger")
     if config.truth and config.backend != "ursim":
         mistakes.append(
-            f"truth = true with backend = {config.backend!r}: nobody simulates a person there; allowed with ursim"
+            f"truth = true with backend = {config.backend!r}; allowed with ursim, beside a simulated person"
         )
     if config.patient and config.backend == "sim":
         mistakes.append(
@@ -241,6 +240,7 @@ def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock,
 def _on_onset(config: Config, driven: Driven, trials: pd.DataFrame, stack: contextlib.ExitStack) -> OnOnset | None:
     """Return what is done at each onset, the trigger first: it times the recording; none where nobody is told."""
     from hrcneuro.live import onsets
+    from hrcneuro.robot.plan import evoking
 
     senders: list[OnOnset] = []
     texts = [move.marker(driven.subject) for move in driven.moves]

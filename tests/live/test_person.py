@@ -111,5 +111,10 @@ def test_nothing_but_the_amplifier_reads_the_truth():
     files = [path for path in root.rglob("*.py") if re.search("TRUTH|[a-z]-truth", path.read_text())]
     # The recorder and its preflight name it to leave it out; who simulates a person writes it.
     assert {path.relative_to(root).as_posix() for path in files} == {
-        "live/transport.py", "live/person.py", "live/preflight.py", "live/session.py", "live/onsets.py", "cli/amplifying.py",
-    }  # fmt: skip
+        "live/transport.py",
+        "live/person.py",
+        "live/preflight.py",
+        "live/session.py",
+        "live/onsets.py",
+        "cli/amplifying.py",
+    }
