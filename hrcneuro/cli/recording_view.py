@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _EVERY_S = 0.5
 _LOOK_BACK_S = 2.0
 _MARKERS = 5
+_COLUMNS = 3
 _EVENTS = 6
 
 
@@ -123,21 +124,25 @@ class View:
         return f"{stream.key} ({about.name}): {state}, {watch.count:,} samples{rate}{missing}"
 
     def _channels(self, stream: Stream, now: float) -> Table:
-        """Return RMS, noise of the mains and state of each channel, three channels a row."""
+        """Return RMS, noise of the mains and state of each channel that is a voltage, three channels a row."""
         from rich.table import Table
 
         options, about = self._options, stream.description
-        values = np.concatenate(self._windows[stream.key]).T * scales(about)[:, None]
+        factors = scales(about)
+        shown = np.flatnonzero(factors)
+        values = (np.concatenate(self._windows[stream.key])[:, shown] * factors[shown]).T
         rms, line = health.rms(values), health.line_noise(values, about.sfreq, options.line_hz)
         states = health.states(values, flat_uv=options.flat_uv, rail_uv=options.rail_uv)
-        table = Table.grid(padding=(0, 2))
+        table = Table.grid(padding=(0, 3))
+        table.add_row(*[f"     µV: size, {options.line_hz:g} Hz"] * _COLUMNS)
         cells = []
-        for name, level, hum, state in zip(names_of(about), rms, line, states, strict=True):
+        for row, level, hum, state in zip(shown, rms, line, states, strict=True):
+            name = names_of(about)[row]
             since = self._told_since(stream.key, name, state, now)
-            words = f"[bold red]{state} {since:.0f} s[/]" if state else "         "
-            cells.append(f"{name:>5} {level:7.1f} µV  {hum:6.1f} µV at {options.line_hz:g} Hz {words}")
-        for at in range(0, len(cells), 3):
-            table.add_row(*cells[at : at + 3])
+            words = f"[bold red]{state} {since:.0f} s[/]" if state else ""
+            cells.append(f"{name:>6} {level:8.1f} {hum:6.1f}  {words:<9}")
+        for at in range(0, len(cells), _COLUMNS):
+            table.add_row(*cells[at : at + _COLUMNS])
         return table
 
     def _told_since(self, stream: str, channel: str, state: str, now: float) -> float:
