@@ -294,7 +294,8 @@ def test_what_config_show_prints_is_a_configuration(hrcneuro, tmp_path):
     again = hrcneuro("config", "show", "--config", "configs/smoke.toml", "--json")
     shown, asked = done.json["config"], again.json["config"]
     # A relative place is read from where its file lies.
-    assert Path(shown["robot"].pop("rescue_folder")) == tmp_path / asked["robot"].pop("rescue_folder")
+    for section, place in (("robot", "rescue_folder"), ("record", "folder")):
+        assert Path(shown[section].pop(place)) == tmp_path / asked[section].pop(place)
     assert shown == asked
 
 
