@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PIP := $(BIN)/pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: all smoke test chaos lint docs bench cases installs clean
+.PHONY: all smoke test chaos lint docs bench cases live installs clean
 .DEFAULT_GOAL := all
 
 all:                          ## the whole synthetic study of 12 subjects, ending with results/report.html
@@ -43,6 +43,9 @@ bench: $(VENV)/ready          ## speed and memory against the tools that users w
 cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg and FOLDER/robot, as tables; half an hour
 	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases)/eeg; eeg=$$?; \
 	$(BIN)/python tests/product/robot_cases.py $(or $(FOLDER),../shared/cases)/robot && exit $$eeg
+
+live: $(VENV)/ready           ## streams in real time: half an hour of recording, thirty kills, foreign ends; an hour
+	$(BIN)/python tests/product/live_runs.py
 
 installs:                     ## the product as people install it, from a wheel: pip, pipx, uv, and the oldest libraries allowed
 	$(PYTHON) tests/product/installs.py

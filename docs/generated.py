@@ -166,7 +166,8 @@ def help_texts() -> str:
     from hrcneuro.cli.app import app
 
     text = []
-    for words, command in _commands(get_command(app), ()):
+    # By their names: in which order files declare them depends on who was imported first.
+    for words, command in sorted(_commands(get_command(app), ()), key=lambda pair: pair[0]):
         name = " ".join(("hrcneuro", *words))
         context = typer.Context(command, info_name=name, terminal_width=100, max_content_width=100)
         text += [f"## {name}", "", "```text", command.get_help(context).strip(), "```", ""]

@@ -18,7 +18,8 @@ from hrcneuro.arms.cures import with_cure
 from hrcneuro.arms.machine import Machine
 from hrcneuro.arms.words import Words
 from hrcneuro.errors import HardwareError, HrcError, StageError, StageInterrupted
-from hrcneuro.io.recordings import SessionRecording, check_room
+from hrcneuro.io.places import check_room
+from hrcneuro.io.recordings import SessionRecording
 from hrcneuro.io.tables import write_table
 from hrcneuro.robot import measure
 from hrcneuro.robot.backend import RATE, ArmError, Cause

@@ -9,7 +9,22 @@ import typer
 from hrcneuro import __version__
 
 # Importing a file declares its commands.
-from hrcneuro.cli import acquire, cache, config, doctor, export, init, robot, run, simulate, stages, ur10  # noqa: F401
+from hrcneuro.cli import (  # noqa: F401
+    acquire,
+    amp,
+    cache,
+    config,
+    doctor,
+    export,
+    init,
+    record,
+    robot,
+    run,
+    simulate,
+    stages,
+    timing,
+    ur10,
+)  # fmt: skip
 from hrcneuro.cli.declare import app
 
 __all__ = ["app"]

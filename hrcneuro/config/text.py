@@ -21,7 +21,7 @@ def render(settings: Settings, section: str = "", *, as_json: bool = False, orig
     """
     parts: dict[str, Any] = {"study": settings.study}
     parts |= {f.name: getattr(settings.shared, f.name) for f in dataclasses.fields(settings.shared)}
-    parts |= dict(settings.sections)
+    parts |= {**settings.sections, **settings.live}
     if section and section not in parts:
         hint = did_you_mean(section, parts)
         raise ConfigError(f"there is no section {section!r}{hint}", cure=f"sections: {', '.join(parts)}")

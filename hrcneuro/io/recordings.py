@@ -24,35 +24,14 @@ import pandas as pd
 import pyarrow as pa
 
 from hrcneuro.errors import REFUSED, ConfigError, DataError, StageError, odd_part
+from hrcneuro.io.places import new_folder
 
 STREAM = "telemetry.arrows"
 _RESERVE = ".reserved"
 _EVERY = 0.1  # s between two pieces: a disk that is full stops the arm as soon as other faults do
 _SYNC = 10  # pieces between two waits for the disk
-_ROOM = 16_000_000  # bytes that must be free beside what a recording takes
 
 Rows = Callable[[int], "array[float]"]
-
-
-def check_room(folder: Path, size: int, *, what: str, cure: str) -> None:
-    """Refuse what would not fit.
-
-    Args:
-        folder: Where it is to lie; it need not exist yet.
-        size: Bytes.
-        what: That takes the room, for the message.
-        cure: What a person can do about it.
-
-    Raises:
-        StageError: Less is free.
-    """
-    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.is_dir())
-    free, need = shutil.disk_usage(there).free, size + _ROOM
-    if free < need:
-        raise StageError(
-            f"{what} may take {need / 1e6:.0f} MB in {folder}, where {free / 1e6:.0f} MB are free; nothing has moved",
-            cure=cure,
-        )
 
 
 class SessionRecording:
@@ -81,7 +60,7 @@ class SessionRecording:
         self._thread: threading.Thread | None = None
         self._reserve: int | None = None  # of a file without a name: its room is free again however this process ends
         try:
-            self.place = _new_folder(parent)
+            self.place = new_folder(parent)
             now = datetime.now().astimezone().isoformat(timespec="seconds")
             text = json.dumps({"began": now, **about}, indent=1)
             (self.place / "session.json").write_text(f"{text}\n", encoding="utf-8")
@@ -211,18 +190,6 @@ def read_stream(path: Path) -> pd.DataFrame:
     except (OSError, pa.ArrowInvalid) as error:
         raise DataError(f"{path} is no stream of a recording: {error}") from error
     return pa.Table.from_batches(batches, schema=schema).to_pandas()
-
-
-def _new_folder(parent: Path) -> Path:
-    parent.mkdir(parents=True, exist_ok=True)
-    name = f"{datetime.now():%Y-%m-%dT%H%M%S}"
-    for number in range(1, 1000):
-        place = parent / (name if number == 1 else f"{name}-{number}")
-        # One that is there is another attempt's.
-        with contextlib.suppress(FileExistsError):
-            place.mkdir()
-            return place
-    raise FileExistsError(f"{parent / name} and 999 more are there already")
 
 
 def _set_aside(path: Path, size: int) -> int:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from hrcneuro.errors import HardwareError
+from hrcneuro.live.lsl import library
 
 NAME = "hrcneuro-moves"
 _TRIES = 5
@@ -28,7 +27,7 @@ class MarkerOutlet:
         Raises:
             HardwareError: mne-lsl is not installed, or its liblsl does not load.
         """
-        lsl = _library()
+        lsl = library("markers go out through", instead='do without them: robot.markers = "none"')
         about = lsl.StreamInfo(NAME, "Markers", 1, 0.0, "string", source)
         about.set_channel_names(["marker"])
         self._outlet: Any = lsl.StreamOutlet(about, chunk_size=1)
@@ -66,19 +65,3 @@ class MarkerOutlet:
         stamp = now - 0.5 * (before + after)
         self._outlet.push_sample([text], timestamp=stamp)
         return stamp
-
-
-def _library() -> Any:
-    try:
-        import mne_lsl.lsl as lsl
-    except ImportError as error:
-        missing = error.name is not None and error.name.partition(".")[0] == "mne_lsl"
-        raise HardwareError(
-            "markers go out through mne-lsl, which is not installed" if missing else f"mne-lsl does not load: {error}",
-            cure="pip install 'hrcneuro[lsl]', or do without them: robot.markers = \"none\"",
-        ) from error
-    places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
-    if not any(Path(place).expanduser().is_file() for place in places if place):
-        # Where nobody has configured it, liblsl tells its version on standard error.
-        lsl.set_config_content("[log]\nlevel = -2\n")
-    return lsl

@@ -28,7 +28,7 @@ def check_places(settings: Settings, workdir: Workdir) -> None:
         ConfigError: Recordings are to lie there.
     """
     cache = workdir.cache.root
-    for stage, section in settings.sections.items():
+    for stage, section in {**settings.sections, **settings.live}.items():
         for name, place in _places(section, workdir.folder, "recordings").items():
             # By whichever link any of them is named; one that leads back to itself is another's to tell of.
             subjects = [place / subject for subject in settings.study.subjects]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from hrcneuro.paradigm import markers
 from hrcneuro.paradigm.grid import CENTRE, OPPOSITE, SIZE, Tile, beyond, distance, inside
 from hrcneuro.robot.limits import MAX_SPEED
 from hrcneuro.robot.parameters import Durations, Pace, Selection
@@ -36,8 +37,8 @@ class PlannedMove:
 
     def marker(self, subject: str) -> str:
         """Return the text of the move's marker: tags between slashes, by which MNE selects epochs."""
-        numbers = "/".join(f"{name}={getattr(self, name)}" for name in ("scenario", "block", "episode", "trial"))
-        return f"move/subject={subject}/{numbers}" + ("/practice" if self.practice else "")
+        names = ("scenario", "block", "episode", "trial", "practice")
+        return markers.of_move(subject, **{name: getattr(self, name) for name in names})
 
 
 class TooQuick(ValueError):
@@ -118,6 +119,24 @@ def plan(moves: pd.DataFrame, durations: Durations) -> list[PlannedMove]:
         out.append(PlannedMove(*episode_of, int(trial), start, end, first, float(length[n]), float(soa[n])))
         before = episode_of
     return out
+
+
+def evoking(moves: Sequence[PlannedMove], trials: pd.DataFrame) -> list[dict[str, object]]:
+    """Return what each move evokes in a person who knows the log: its row's actor, errors, case and turn, plain values.
+
+    Args:
+        moves: What is replayed.
+        trials: The subject's trial table.
+    """
+    names = ("actor", "error", "prev_error", "condition_before", "turn", "scenario")
+    keys = ("practice", "block", "episode", "trial")
+    rows = {tuple(row[key] for key in keys): row for row in trials.to_dict("records")}
+    found = []
+    for move in moves:
+        row = rows[tuple(getattr(move, key) for key in keys)]
+        plain = {name: row[name] for name in names}
+        found.append({name: None if value != value or value is None else value for name, value in plain.items()})
+    return found
 
 
 def sampling_rate(trials: pd.DataFrame) -> float:

@@ -72,7 +72,7 @@ def _number(value: float | None) -> str:
 
 
 def _moves(config: Source, subject: str) -> pd.DataFrame:
-    from hrcneuro.sources import simulated
+    from hrcneuro.sources import layout, sessions, simulated
     from hrcneuro.sources.logs import read_log
 
     if config.source == "synthetic":
@@ -81,7 +81,9 @@ def _moves(config: Source, subject: str) -> pd.DataFrame:
         return simulated.logged_trials(config.path, subject, timing=config.timing, seed=config.seed)
     if config.source == "dataset":
         return read_log(Path(config.path).expanduser(), subject)
+    if config.source == "recording":
+        return sessions.read_moves(layout.session_files(config.path, subject))
     raise ConfigError(
         f"acquire.source = {config.source!r} has no moves of this experiment",
-        cure="--rules is for source = synthetic, semisynthetic or dataset",
+        cure="--rules is for source = synthetic, semisynthetic, dataset or recording",
     )

@@ -97,6 +97,46 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
     return _whole(files)
 
 
+def session_files(pattern: str, subject: str) -> dict[str, Path]:
+    """Return label -> file of a subject's recorded session: ``part 1`` … (XDF), ``log`` and ``metadata`` (CSV).
+
+    Args:
+        pattern: Folder of a recording, ``{subject}`` and ``*`` as in :func:`recording_files`; of several folders all
+            parts are taken, and the one log that they hold.
+        subject: Its name.
+
+    Raises:
+        ConfigError: No path is configured.
+        DataError: There is no such folder, no part in it, no log, or more than one.
+    """
+    root = _root(pattern.replace(SUBJECT, subject))
+    folders = [root] if root.is_dir() else sorted(p for p in _folders(pattern, subject) if p.is_dir())
+    inside = [path for folder in folders for path in sorted(folder.iterdir())]
+    parts = [path for path in inside if path.name.lower().endswith((".xdf", ".xdfz"))]
+    if not parts:
+        where = ", ".join(map(str, folders))
+        raise DataError(
+            f"{subject} has no recording (.xdf) in {where}" if where else f"the folder {root} does not exist",
+            cure="name the folder that 'hrcneuro record' or LabRecorder wrote: acquire.path = 'recordings/{subject}/*'",
+        )
+    files = {f"part {number}": path for number, path in enumerate(parts, start=1)}
+    for label, start in (("log", "subject"), ("metadata", "metadata")):
+        there = [path for path in inside if re.fullmatch(rf"{start}\d*\.csv", path.name)]
+        if len(there) != 1:
+            raise DataError(
+                f"a session has one {start}NN.csv beside its recording; {', '.join(map(str, folders))} of {subject} "
+                f"holds {', '.join(map(str, there)) or 'none'}",
+                cure="put the experiment's log there; a recording without one is acquire.source = 'file'",
+            )
+        files[label] = there[0]
+    return _whole(files)
+
+
+def _folders(pattern: str, subject: str) -> list[Path]:
+    shape = re.compile(_shape(pattern, re.escape(subject)))
+    return [path for path in _candidates(pattern, subject) if shape.fullmatch(str(path))]
+
+
 def recordings(files: dict[str, Path]) -> list[Path]:
     """Return the recordings themselves among a subject's files, in their order."""
     return [path for label, path in files.items() if re.fullmatch(r"recording( \d+)?", label)]

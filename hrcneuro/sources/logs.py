@@ -41,8 +41,6 @@ def read_log(folder: Path, subject: str) -> pd.DataFrame:
         DataError: A file is missing, a Git LFS pointer, truncated, has wrong columns or values, or log and metadata
             contradict each other.
     """
-    from hrcneuro.paradigm.conditions import annotate
-
     files = dataset_files(str(folder), subject, eeg=False)
     path = files["log"]
     if "metadata" not in files:
@@ -51,9 +49,21 @@ def read_log(folder: Path, subject: str) -> pd.DataFrame:
             f"{path.parent} holds {', '.join(sorted(p.name for p in path.parent.iterdir()))}",
             cure=_CURE,
         )
+    return read_log_files(path, files["metadata"])
+
+
+def read_log_files(path: Path, other: Path) -> pd.DataFrame:
+    """Return the moves of a log and its metadata, as :func:`read_log`.
+
+    Raises:
+        DataError: One of them is a Git LFS pointer, truncated, has wrong columns or values, or they contradict each
+            other.
+    """
+    from hrcneuro.paradigm.conditions import annotate
+
     log = _translate(_read(path, words.LOG), path)
-    metadata = _read(files["metadata"], _METADATA)
-    _compare(log, metadata, path, files["metadata"])
+    metadata = _read(other, _METADATA)
+    _compare(log, metadata, path, other)
     return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path))
 
 

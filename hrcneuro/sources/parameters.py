@@ -6,19 +6,21 @@ from dataclasses import dataclass, fields
 
 from hrcneuro.contract import option
 
-_READ = ("dataset", "file")
+_READ = ("dataset", "file", "recording")
 _SOURCES = {
-    "path": ("dataset", "file", "semisynthetic"),
-    "recorded": ("dataset", "file", "semisynthetic"),
-    "onset_event": ("dataset",),
+    "path": (*_READ, "semisynthetic"),
+    "recorded": (*_READ, "semisynthetic"),
+    "onset_event": ("dataset", "recording"),
     "event_map": ("file",),
     "least_gap_s": ("file",),
     "twins": ("file",),
-    "stream": ("file",),
-    "stream_rate": ("file",),
-    "rate_tolerance": ("file",),
-    "markers": ("file",),
-    "trigger_mask": ("file",),
+    "stream": ("file", "recording"),
+    "stream_rate": ("file", "recording"),
+    "rate_tolerance": ("file", "recording"),
+    "markers": ("file", "recording"),
+    "trigger_mask": ("file", "recording"),
+    "snap_s": ("recording",),
+    "amp_delay_ms": ("recording",),
 }
 
 
@@ -28,19 +30,25 @@ class Source:
 
     source: str = option(
         "synthetic",
-        "dataset: the authors' repository; file: any recording; semisynthetic: real log, synthetic EEG; synthetic",
-        choices=("dataset", "file", "semisynthetic", "synthetic"),
+        "dataset: the authors' repository; recording: a session of the study, XDF and log; file: any recording; "
+        "semisynthetic: real log, synthetic EEG; synthetic",
+        choices=("dataset", "recording", "file", "semisynthetic", "synthetic"),
     )
     path: str = option(
         "",
-        "data folder (dataset, semisynthetic), or recording with {subject} in it; several that fit * are joined",
+        "data folder (dataset, semisynthetic), or recording with {subject} in it (recording: its folder); several that "
+        "fit * are joined",
         path=True,
         keyed=False,
     )
-    onset_event: str = option("", "dataset: code of a movement onset (A+B: either); empty: found by counting")
+    onset_event: str = option(
+        "", "dataset, recording: code of a movement onset (A+B: either); empty: by its text, else found by counting"
+    )
     event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
     markers: str = option(
-        "auto", "file: where markers come from: auto, annotations, channel (a trigger channel), or a channel's name"
+        "auto",
+        "where markers come from: auto, annotations, channel (a trigger channel), or a channel's name; recording: "
+        "which channel times them (annotations: none)",
     )
     trigger_mask: int = option(
         0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
@@ -50,6 +58,12 @@ class Source:
     )
     twins: str = option(
         "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
+    )
+    snap_s: float = option(
+        0.1, "recording: so far a trigger's edge may be from the marker that it times", unit="s", low=0, high=0.5
+    )
+    amp_delay_ms: float = option(
+        0.0, "recording: how much later the amplifier's stamps show what happens", unit="ms", low=-500, high=500
     )
     channel_map: dict[str, str] = option({}, "channel in the file -> name to use")
     channel_types: dict[str, str] = option({}, "channel -> eeg, eog, ecg, emg, misc or stim; else by label and unit")

@@ -38,7 +38,7 @@ def simulate_trials(unit: str, *, session: SessionParams, timing: TimingParams, 
 
     _check_timing(timing)
     with cured({EndlessEpisodeError: (ConfigError, _ERRORS_CURE)}):
-        return simulate_session(session, rng=_rng(seed, unit, "moves"), timing=timing)
+        return simulate_session(session, rng=generator(seed, unit, "moves"), timing=timing)
 
 
 def logged_trials(folder: str, unit: str, *, timing: TimingParams, seed: int) -> pd.DataFrame:
@@ -53,7 +53,7 @@ def logged_trials(folder: str, unit: str, *, timing: TimingParams, seed: int) ->
 
     _check_timing(timing)
     log = read_log(Path(folder).expanduser(), unit)
-    return annotate(assign_onsets(log, rng=_rng(seed, unit, "moves"), params=timing))
+    return annotate(assign_onsets(log, rng=generator(seed, unit, "moves"), params=timing))
 
 
 def record(
@@ -72,7 +72,9 @@ def record(
     from hrcneuro.sources.channels import standard_montage
 
     with cured(_recording_cures()):
-        synthetic = generate(trials, params=eeg, sfreq=sfreq, rng=_rng(seed, unit, "eeg"), contaminated=contaminated)
+        synthetic = generate(
+            trials, params=eeg, sfreq=sfreq, rng=generator(seed, unit, "eeg"), contaminated=contaminated
+        )
     onsets_s = synthetic.onset_samples / sfreq
     volts = synthetic.data_uv.astype(np.float64)
     volts *= 1e-6
@@ -103,6 +105,7 @@ def _recording_cures() -> Cures:
     }
 
 
-def _rng(seed: int, unit: str, part: str) -> np.random.Generator:
+def generator(seed: int, unit: str, part: str) -> np.random.Generator:
+    """Return the generator of one purpose for one subject."""
     # Named by subject and purpose: the order of subjects and the number of workers change nothing.
     return np.random.default_rng([seed, *f"{unit}/{part}".encode()])

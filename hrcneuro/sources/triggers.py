@@ -71,6 +71,22 @@ def choose_markers(recording: Recording, source: str = "auto", *, mask: int = 0)
         )
 
 
+def of_channel(recording: Recording, source: str = "auto", *, mask: int = 0) -> Triggers:
+    """Return the triggers of a recording's trigger channel: the only one that has any, or the one that is named.
+
+    Args:
+        recording: With at least one trigger channel.
+        source: ``auto``, ``channel``, or the channel's name, here or in the file.
+        mask: The bits of its value that count; 0 for all.
+
+    Raises:
+        ConfigError: There is no such channel, or several have triggers and none has a known name.
+    """
+    if source not in ("auto", "channel"):
+        return _read(recording, [_named(recording, source)], source, mask=mask)
+    return _only(_candidates(recording, mask))
+
+
 def _remarks_only(annotations: pd.Series, found: list[Triggers]) -> bool:
     """Return whether annotations are none, or remarks beside one channel's triggers: no text comes twice."""
     if annotations.empty:

@@ -83,6 +83,8 @@ def sources(config: Config, unit: str) -> dict[str, Path]:
         return {}
     if config.source == "file":
         return layout.recording_files(config.path, unit)
+    if config.source == "recording":
+        return layout.session_files(config.path, unit)
     return layout.dataset_files(config.path, unit, eeg=config.source == "dataset")
 
 
@@ -90,17 +92,20 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Write ``{unit}_raw.fif`` and ``trials.parquet`` (synthetic: also ``truth*``); return the summary."""
     from hrcneuro.io.fif import write_raw
     from hrcneuro.sources import channels, recording
-    from hrcneuro.tables.trials import write_trials
+    from hrcneuro.tables.trials import write_onsets, write_trials
     from hrcneuro.tables.truth import write_truth
 
     unit = inputs.unit
-    signals, table, truth = _read(config, unit)
+    acquired = _read(config, unit)
+    signals, table = acquired.signals, acquired.table
     recording.check_signals(signals)
     raw = recording.to_raw(signals, table.dropna(subset=["onset_sample"]), reference=_reference(config))
     write_raw(raw, out / f"{unit}_raw.fif")
     write_trials(table, out)
-    if truth is not None:
-        write_truth(truth, out)
+    if acquired.truth is not None:
+        write_truth(acquired.truth, out)
+    if acquired.onsets is not None:
+        write_onsets(acquired.onsets, out)
     return _summary(config, signals, table, channels.without_position(raw))
 
 
@@ -119,8 +124,8 @@ def look(config: Config, unit: str) -> tuple[dict[str, str], pd.DataFrame]:
     Raises:
         DataError, ConfigError: It cannot be read, or the options do not fit it.
     """
-    signals, table, _ = _read(config, unit)
-    return absent_markers(signals.absent), table
+    acquired = _read(config, unit)
+    return absent_markers(acquired.signals.absent), acquired.table
 
 
 def render(view: dict[str, Any]) -> str:
@@ -130,26 +135,45 @@ def render(view: dict[str, Any]) -> str:
     return inspection.render(view)
 
 
-def _read(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any] | None]:
-    """Return recording, trial table and, where it is known, the truth."""
+@dataclass
+class _Acquired:
+    """A recording with its trial table; where they are known, the truth, and the onsets by marker and by trigger."""
+
+    signals: Recording
+    table: pd.DataFrame
+    truth: dict[str, Any] | None = None
+    onsets: pd.DataFrame | None = None
+
+
+def _read(config: Config, unit: str) -> _Acquired:
     from hrcneuro.sources import dataset, foreign
     from hrcneuro.tables.trials import event_trials, study_trials
 
     if config.source in ("synthetic", "semisynthetic"):
         signals, moves, truth = _simulate(config, unit)
         signals.origins = _simulated_origins(config, unit)
-        return signals, study_trials(moves, unit, signals.sfreq), truth
+        return _Acquired(signals, study_trials(moves, unit, signals.sfreq), truth)
     if config.source == "dataset":
         signals, moves = dataset.read_study(config.path, unit, onset_event=config.onset_event)
         foreign.shape(signals, config)
         signals.origins = origin.vouched(signals.origins, config.recorded)
-        return signals, study_trials(moves, unit, signals.sfreq), None
+        return _Acquired(signals, study_trials(moves, unit, signals.sfreq))
+    if config.source == "recording":
+        from hrcneuro.sources import sessions
+
+        files = layout.session_files(config.path, unit)
+        signals, log = sessions.read(files, config), sessions.read_moves(files)
+        foreign.shape(signals, config)
+        onsets = sessions.match(signals, log, unit, config)
+        signals.origins = origin.vouched(signals.origins, config.recorded)
+        table = study_trials(sessions.place(log, onsets), unit, signals.sfreq)
+        return _Acquired(signals, table, onsets=sessions.table(log, onsets, unit))
     files = layout.recording_files(config.path, unit)
     signals = foreign.read(files, config)
     foreign.shape(signals, config)
     events = foreign.events(signals, files, config)
     signals.origins = origin.vouched(signals.origins, config.recorded)
-    return signals, event_trials(events, unit, signals.sfreq), None
+    return _Acquired(signals, event_trials(events, unit, signals.sfreq))
 
 
 def _simulated_origins(config: Config, unit: str) -> origin.Origins:
@@ -189,24 +213,30 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["notes"] = [f"the recording is synthetic, {config.sfreq:g} Hz: it is made when acquire runs"]
         view["log"] = inspection.view_log(_moves(config, unit))
         return
-    from hrcneuro.sources import dataset, foreign
+    from hrcneuro.sources import dataset, foreign, sessions
     from hrcneuro.sources.recording import check_signals
 
-    study = config.source == "dataset"
     files = sources(config, unit)
-    signals = dataset.read_eeg(config.path, unit) if study else foreign.read(files, config)
+    read = {"dataset": lambda: dataset.read_eeg(config.path, unit), "recording": lambda: sessions.read(files, config)}
+    signals = read.get(config.source, lambda: foreign.read(files, config))()
     view["recording"] = inspection.view_recording(signals)
 
     def match() -> None:
-        log = dataset.read_moves(config.path, unit, signals)
+        of_session = config.source == "recording"
+        log = sessions.read_moves(files) if of_session else dataset.read_moves(config.path, unit, signals)
         view["log"] = inspection.view_log(log)
-        dataset.match(signals, log, unit, onset_event=config.onset_event)
+        if of_session:
+            sessions.match(signals, log, unit, config)
+        else:
+            dataset.match(signals, log, unit, onset_event=config.onset_event)
 
     # In the order of run, so that the first problem is the one that stops it.
-    if study:
+    if config.source == "dataset":
         inspection.attempt(view, match)
     inspection.attempt(view, lambda: foreign.shape(signals, config))
-    if not study:
+    if config.source == "recording":
+        inspection.attempt(view, match)
+    if config.source == "file":
         inspection.attempt(view, lambda: foreign.events(signals, files, config))
     inspection.attempt(view, lambda: check_signals(signals))
     view["recording"] = inspection.view_recording(signals)

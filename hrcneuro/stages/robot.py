@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import itertools
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from hrcneuro import interrupts
 from hrcneuro.arms.connection import Connection
 from hrcneuro.contract import Inputs, Read, Sessions, Stage, Work, option, params
 from hrcneuro.errors import ConfigError, DataError, cured
+from hrcneuro.live import triggers
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
 from hrcneuro.robot.tracking import Tracking
@@ -38,6 +40,12 @@ class Config(Pace, Safety, Tracking, Durations, Selection, Connection):
         "none", "lsl: each motion onset also goes out on the lab streaming layer; not from sim, whose clock is virtual",
         choices=("none", "lsl"),
     )  # fmt: skip
+    trigger: triggers.TriggerOptions = option(
+        triggers.TriggerOptions(), "each motion onset also goes out on a trigger port"
+    )
+    truth: bool = option(
+        False, "ursim: also tell hrcneuro amp what a person who knows the log would expect", keyed=False
+    )
     recorder_wait_s: float = option(
         0.0, "wait so long for a recorder of the markers before anything moves; 0: do not wait", unit="s", low=0.0,
         high=3600.0, keyed=False,
@@ -73,6 +81,16 @@ def check(config: Config) -> list[str]:
         mistakes.append(
             "markers = 'lsl' with backend = 'sim': its clock is virtual and runs faster than any recording; allowed "
             "with ursim, ur and ros"
+        )
+    if config.trigger.port != "none" and config.backend == "sim":
+        mistakes.append(
+            f"trigger.port = {config.trigger.port!r} with backend = 'sim': its clock is virtual; allowed with ursim, "
+            "ur and ros"
+        )
+    mistakes += triggers.mistakes(config.trigger, "trigger")
+    if config.truth and config.backend != "ursim":
+        mistakes.append(
+            f"truth = true with backend = {config.backend!r}; allowed with ursim, beside a simulated person"
         )
     if config.patient and config.backend == "sim":
         mistakes.append(
@@ -144,7 +162,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         if config.backend != "sim":
             driven.begin_recording(config, about=params(config), copy=out)
         try:
-            _drive(config, driven)
+            _drive(config, driven, trials)
         except BaseException as error:
             interrupts.hold()
             reason = driven.stopped(with_cure(error, may_be_patient=may_be_patient))
@@ -154,7 +172,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         return driven.ended(out)
 
 
-def _drive(config: Config, driven: Driven) -> None:
+def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
     """Drive the arm through the session; why it ends early is said at once, and whatever ends it leaves it at rest."""
     from hrcneuro.robot.session import run_session
 
@@ -163,7 +181,7 @@ def _drive(config: Config, driven: Driven) -> None:
         gc.collect()
         gc.freeze()
         stack.callback(gc.unfreeze)
-        on_onset = _on_onset(config, driven, stack)
+        on_onset = _on_onset(config, driven, trials, stack)
         arm, clock = _arm(config, driven.workspace, stack)
         loop = _loop(
             config, driven.workspace, arm, clock, on_onset=on_onset, on_stop=driven.tell_stop,
@@ -219,19 +237,30 @@ def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock,
     return _loop(config, workspace, arm, clock, on_stop=on_stop)
 
 
-def _on_onset(config: Config, driven: Driven, stack: contextlib.ExitStack) -> OnOnset | None:
-    if config.markers != "lsl":
+def _on_onset(config: Config, driven: Driven, trials: pd.DataFrame, stack: contextlib.ExitStack) -> OnOnset | None:
+    """Return what is done at each onset, the trigger first: it times the recording; none where nobody is told."""
+    from hrcneuro.live import onsets
+    from hrcneuro.robot.plan import evoking
+
+    senders: list[OnOnset] = []
+    texts = [move.marker(driven.subject) for move in driven.moves]
+    source = f"hrcneuro robot {driven.subject}"
+    if config.trigger.port != "none":
+        senders.append(onsets.trigger(config.trigger, stack))
+    if config.markers == "lsl":
+        senders.append(onsets.marker(source, texts, driven.stamps, config.recorder_wait_s, stack))
+    if config.truth:
+        rows = [{"marker": text, **row} for text, row in zip(texts, evoking(driven.moves, trials), strict=True)]
+        gaps = [move.gap if not after.first else float("nan") for move, after in itertools.pairwise(driven.moves)]
+        senders.append(onsets.truth(f"{source} truth", rows, [*gaps, float("nan")], stack))
+    if not senders:
         return None
-    from hrcneuro.live.markers import MarkerOutlet
 
-    outlet = stack.enter_context(MarkerOutlet(f"hrcneuro robot {driven.subject}"))
-    if config.recorder_wait_s:
-        outlet.wait(config.recorder_wait_s)
+    def tell(age: Callable[[], float], move: int) -> None:
+        for send in senders:
+            send(age, move)
 
-    def mark(age: Callable[[], float], move: int) -> None:
-        driven.stamps[move] = outlet.send(driven.moves[move].marker(driven.subject), age)
-
-    return mark
+    return tell
 
 
 def _loop(

@@ -41,6 +41,18 @@ TRIALS = Table(
     },
 )
 
+ONSETS = Table(
+    1,
+    "one row a move of a recorded session: when it began, by its marker and by the trigger channel",
+    {
+        **{name: TRIALS.columns[name] for name in ("subject", "practice", "block", "episode", "trial")},
+        "marker_s": Column("float", "s", "by the marker, from the recording's first sample; null where there is none"),
+        "trigger_s": Column("float", "s", "the trigger's edge near the marker; null where there is none"),
+        "onset_s": Column("float", "s", "what counts: the edge, else the marker and the amplifier's delay"),
+        "difference_ms": Column("float", "ms", "edge after marker"),
+    },
+)
+
 
 def study_trials(moves: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
     """Return annotated moves as the trial table.
@@ -65,6 +77,11 @@ def event_trials(markers: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFr
     onsets = markers["onset_s"].to_numpy(float)
     soa = np.append(np.diff(onsets), np.nan)[: len(onsets)]
     return _complete(markers.assign(subject=subject, soa_s=soa), sfreq)
+
+
+def write_onsets(onsets: pd.DataFrame, out: Path) -> None:
+    """Write onsets.parquet into the folder ``out``."""
+    write_table(onsets, out / "onsets.parquet", ONSETS)
 
 
 def write_trials(trials: pd.DataFrame, out: Path) -> None:

@@ -62,7 +62,12 @@ def save_set(
 
 
 def save_log(folder: Path, subject: str, trials: pd.DataFrame) -> None:
-    """Write a subject's log and metadata in the authors' words, with their mistakes."""
+    """Write a subject's log and metadata in the authors' words, with their mistakes, in their layout."""
+    save_log_files(folder / subject, subject, trials)
+
+
+def save_log_files(home: Path, subject: str, trials: pd.DataFrame) -> None:
+    """Write both files into the folder ``home``."""
     log, metadata = [], []
     for (practice, block, episode), moves in trials.groupby(["practice", "block", "episode"], sort=False):
         name = f"{'Test' if practice else 'BLOCK'} {block}"
@@ -70,7 +75,6 @@ def save_log(folder: Path, subject: str, trials: pd.DataFrame) -> None:
         step = _STEPS.get(first.executed, (0, 0))
         metadata.append(_metadata(name, episode, moves, (first.row - step[0], first.col - step[1]), last))
         log += [_log_row(name, move) for move in moves.itertuples()]
-    home = folder / subject
     home.mkdir(parents=True, exist_ok=True)
     pd.DataFrame(log).to_csv(home / f"subject{subject[1:]}.csv", index=False)
     pd.DataFrame(metadata).to_csv(home / f"metadata{subject[1:]}.csv", index=False)

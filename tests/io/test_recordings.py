@@ -13,7 +13,8 @@ import pytest
 
 from hrcneuro.errors import ConfigError, DataError, StageError
 from hrcneuro.io import recordings
-from hrcneuro.io.recordings import SessionRecording, check_room, read_stream
+from hrcneuro.io.places import check_room
+from hrcneuro.io.recordings import SessionRecording, read_stream
 
 COLUMNS = ("time_s", "x", "y")
 

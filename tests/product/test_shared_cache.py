@@ -106,7 +106,7 @@ def test_a_copy_that_has_not_run_yet_has_a_day(shared, tmp_path):
     done = shared("one", "cache", "gc")
     assert "dropped 0 entries" in done.out
     assert "kept for a day: 1 entries" in done.out
-    shared("copy", "path", "simulate", "group")
+    shared("copy", "path", "simulate", "group", "--last")
     recent = shared("one", "cache", "gc", "--json").json["recent"]
     (listing,) = (tmp_path / "cache" / ".studies").glob("*.jsonl")
     head, pointed, left = (json.loads(line) for line in listing.read_text().splitlines())

@@ -165,7 +165,7 @@ def test_a_recording_is_read_whose_name_is_not_utf8(tiny, name):
     ("words", "code", "said"),
     [
         ("epoch $'caf\\xe9'", 2, r"unknown subject 'caf\xe9'"),
-        ("path epoch $'caf\\xe9'", 3, "has not run"),
+        ("path epoch $'caf\\xe9'", 2, r"unknown subject 'caf\xe9'"),
         ("epoch --config $'caf\\xe9.toml'", 2, r"caf\xe9.toml does not exist"),
         ("run $'caf\\xe9.toml'", 2, r"caf\xe9.toml does not exist"),
         ("epoch --set study.name=$'caf\\xe9'", 2, "not in UTF-8"),

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hrcneuro.eeg.stamps import samples_at, segments, steady
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import shape
 from hrcneuro.sources.formats import read_recording
-from hrcneuro.sources.formats.xdf_time import samples_at, segments, steady
 from hrcneuro.sources.units import voltage_unit
 
 SHARED = Path(__file__).parents[2] / "../shared/data/recordings/xdf"

@@ -150,9 +150,9 @@ def test_what_cannot_be_simulated_is_said_with_a_cure_in_the_users_words(tmp_pat
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset'; source is 'file'"),
+        ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset' or 'recording'; source"),
         ({"event_map": {"a": "b"}, "source": "dataset"}, "event_map is for source = 'file'; source is 'dataset'"),
-        ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file'"),
+        ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file' or 'recording'"),
         ({"channel_types": {"EOG1": "eoq"}, "source": "file"}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
         ({"timing": TimingParams(t_f_min_s=2.0)}, r"t_f_min_s = 2 is above timing\.t_f_max_s = 1\.2"),
         ({"sfreq": 64.0}, r"eeg\.line_hz = 50 lies above the Nyquist frequency"),
@@ -165,13 +165,14 @@ def test_contradictions_are_named(change, message):
 
 SET = {
     "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
-    "least_gap_s": 0.0, "twins": "merge",
+    "least_gap_s": 0.0, "twins": "merge", "snap_s": 0.2, "amp_delay_ms": 37.0,
     "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
     "recorded": True, "reference": "left earlobe", "stream": "amp",
     "stream_rate": "measured", "rate_tolerance": 0.5,
 }  # fmt: skip
 FILE_ONLY = ("event_map", "stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask", "least_gap_s", "twins")
+SESSION_ONLY = ("snap_s", "amp_delay_ms")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
 
@@ -192,14 +193,18 @@ def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_i
 
 
 def test_a_recording_from_a_file_takes_its_options():
-    theirs = {name: value for name, value in SET.items() if name != "onset_event"}
-    assert acquire.check(acquire.Config(source="file", **theirs)) == []
-    theirs = {name: value for name, value in SET.items() if name not in FILE_ONLY}
-    assert acquire.check(acquire.Config(source="dataset", **theirs)) == []
+    without = {
+        "file": ("onset_event", *SESSION_ONLY),
+        "dataset": (*FILE_ONLY, *SESSION_ONLY),
+        "recording": ("event_map", "least_gap_s", "twins"),
+    }
+    for source, names in without.items():
+        theirs = {name: value for name, value in SET.items() if name not in names}
+        assert acquire.check(acquire.Config(source=source, **theirs)) == []
 
 
 def test_a_source_that_needs_a_path_says_so():
-    for source in ("dataset", "file", "semisynthetic"):
+    for source in ("dataset", "file", "recording", "semisynthetic"):
         with pytest.raises(ConfigError, match=r"acquire\.path is empty"):
             acquire.sources(acquire.Config(source=source), "s01")
 

@@ -24,6 +24,7 @@ from hrcneuro.contract import Inputs, params
 from hrcneuro.errors import ConfigError, DataError, HardwareError, StageError, StageInterrupted
 from hrcneuro.io.recordings import read_stream
 from hrcneuro.io.tables import describe, write_table
+from hrcneuro.live.triggers import TriggerOptions
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.sim import Disturbance, SimArm, VirtualClock
@@ -209,6 +210,8 @@ def test_impossible_values_are_refused_before_anything_moves(inputs, tmp_path, c
         ({"markers": "lsl"}, "markers = 'lsl' with backend = 'sim'"),
         ({"backend": "ur", "host": "192.168..10"}, "host = '192.168..10' is no address"),
         ({"rescue_folder": ""}, "rescue_folder is empty"),
+        ({"trigger": TriggerOptions(port="mock")}, "trigger.port = 'mock' with backend = 'sim'"),
+        ({"trigger": TriggerOptions(port="serial"), "backend": "ursim"}, "needs trigger.address"),
         ({"lead_s": 0.2}, "lead_s = 0.2 is above max_lead_s = 0.05"),
         ({"patient": True, "backend": "ur", "host": "127.0.0.1"}, "a real arm is never driven on old packets"),
         ({"patient": True}, "no packets that could be late; allowed with ursim"),
@@ -436,7 +439,7 @@ def test_the_keys_that_users_write_stay_as_they_are():
         t_f_s t_f_range_s t_f_default_s start_next pause_s longest_gap_s gain damping lead_s max_acceleration
         stop_deceleration stop_jerk approach_speed approach_acceleration approach_jerk homing_speed
         homing_acceleration homing_jerk rescue_folder cell max_late_s max_lead_s max_path_error_mm
-        patient
+        patient trigger truth
     """
     fields = {f.name: f for f in dataclasses.fields(robot.Config)}
     assert set(fields) == set(names.split())

@@ -75,9 +75,14 @@ def single_trials(
     trials: pd.DataFrame, *, params: SyntheticParams, rng: np.random.Generator
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
     """Return what every move evokes (a row a move: amplitudes in µV, latency in ms) and the subject's own values."""
-    n = len(trials)
+    subject = own_values(params=params, rng=rng)
+    return evoked(trials, subject, params=params, rng=rng), subject
+
+
+def own_values(*, params: SyntheticParams, rng: np.random.Generator) -> dict[str, Any]:
+    """Return a subject's own amplitudes, in µV, and latency, in ms."""
     own = params.variability * rng.standard_normal(6)
-    subject: dict[str, Any] = {
+    return {
         "effect_uv": params.size_uv * float(np.exp(0.2 * own[0] - 0.02 * params.variability**2)),
         "positivity_uv": params.positivity_uv * float(np.exp(0.2 * own[1])),
         "visual_uv": params.visual_uv * float(np.exp(0.2 * own[2])),
@@ -85,13 +90,20 @@ def single_trials(
         "motor_uv": params.motor_uv * float(np.exp(0.2 * own[4])),
         "latency_ms": params.latency_ms + 15.0 * float(own[5]),
     }
+
+
+def evoked(
+    trials: pd.DataFrame, subject: Mapping[str, Any], *, params: SyntheticParams, rng: np.random.Generator
+) -> pd.DataFrame:
+    """Return what every move evokes in a subject with these values: a row a move, amplitudes in µV, latency in ms."""
+    n = len(trials)
     times = carries(trials, params.effect)
     share = np.where(is_(trials, "scenario", "sC"), params.sequential_share, 1.0)
     sigma = params.amplitude_sigma
     spread = np.exp(sigma * rng.standard_normal(n) - sigma**2 / 2)  # mean one
     jitter = np.exp(0.25 * rng.standard_normal((3, n)) - 0.25**2 / 2)
     extra = subject["effect_uv"] * times * share
-    table = pd.DataFrame(
+    return pd.DataFrame(
         {
             "carries": times > 0,
             "extra_uv": extra * spread,
@@ -102,7 +114,6 @@ def single_trials(
             "error_uv": flag(trials, "error") * subject["error_uv"] * jitter[2],
         }
     )
-    return table, subject
 
 
 def course(component: str, table: pd.DataFrame, onset_s: np.ndarray, samples: int, sfreq: float) -> np.ndarray:

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from hrcneuro.eeg import stamps as timestamps
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import VOLTS
-from hrcneuro.sources.formats import xdf_time
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
-from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of
+from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of, recorded_gaps
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import is_no_voltage, voltage_unit
@@ -34,14 +34,15 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
         ConfigError: pyxdf is not installed, or the stream to use is not clear.
         DataError: The file holds no such stream, lost some of it, cannot be read, or its rate is not as stated.
     """
-    streams, notes = _load(path)
+    streams, notes = load(path)
     eeg, said = choose_eeg(streams, stream, path.name)
     notes += said + _missing(eeg, path)
     stamps = np.asarray(eeg["time_stamps"], float)
     if not np.isfinite(stamps).all():
         raise DataError(f"{path.name}: stream {info(eeg, 'name')!r} has time stamps that are no numbers")
-    parts = xdf_time.segments(stamps, rate_of(eeg) or 1 / float(np.median(np.diff(stamps))))
-    times, measured = xdf_time.steady(stamps, parts)
+    streams, gaps_known = recorded_gaps(streams, stamps)
+    parts = timestamps.segments(stamps, rate_of(eeg) or 1 / float(np.median(np.diff(stamps))), gaps_known)
+    times, measured = timestamps.steady(stamps, parts)
     sfreq = _sfreq(eeg, measured, stream_rate, rate_tolerance, path)
     recording = _signals(eeg, sfreq, notes)
     notes.append(
@@ -61,7 +62,13 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     return recording
 
 
-def _load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
+def load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return the streams of a file, their stamps on the recorder's clock, and what pyxdf said of it.
+
+    Raises:
+        ConfigError: pyxdf is not installed.
+        DataError: The file cannot be read.
+    """
     try:
         import pyxdf
     except ImportError as error:
@@ -123,7 +130,7 @@ def _sfreq(stream: dict[str, Any], measured: float, which: str, tolerance: float
 def _signals(stream: dict[str, Any], sfreq: float, notes: list[str]) -> Recording:
     """Return the samples in volts, with the labels, types and units of the stream's description."""
     values = np.asarray(stream["time_series"], float).T
-    about = _channels(stream)
+    about = channels(stream)
     if len(about) != len(values):
         what = f"describes {len(about)} of its {len(values)} channels" if about else "names no channels"
         notes.append(f"stream {info(stream, 'name')!r} {what}: they are called EEG001 …, in microvolts")
@@ -168,7 +175,7 @@ def _place(
         if len(stream["time_series"]) and len(stream["time_series"][0]) > 1
     ]
     said = np.array([text not in ("", "nan") for text in texts], dtype=bool)
-    places = xdf_time.samples_at(times, parts, when, 1 / recording.sfreq)
+    places = timestamps.samples_at(times, parts, when, 1 / recording.sfreq)
     placed = np.isfinite(places)
     use = placed & said
     names = [text for text, keep in zip(texts, use, strict=True) if keep]
@@ -182,7 +189,7 @@ def _place(
         notes.append(f"{int((~said).sum())} markers without a text are left out")
 
 
-def _channels(stream: dict[str, Any]) -> list[dict[str, str]]:
+def channels(stream: dict[str, Any]) -> list[dict[str, str]]:
     """Return the description of each channel as plain strings; an empty list where there is none."""
     try:
         channels = stream["info"]["desc"][0]["channels"][0]["channel"]

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 
 _EEG_TYPES = frozenset({"eeg", "exg"})
 _MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
+
+RECORDER = "hrcneuro-recorder"
+"""Source id of the stream in which ``hrcneuro record`` marks gaps."""
 
 Stream = dict[str, Any]
 
@@ -36,6 +41,26 @@ def marker_streams(streams: list[Stream]) -> tuple[list[Stream], list[Stream]]:
         else:
             left.append(stream)
     return marks, left
+
+
+def recorded_gaps(streams: list[Stream], stamps: np.ndarray) -> tuple[list[Stream], list[int]]:
+    """Return the streams without hrcneuro's recorder's own, and the first samples after gaps that it has marked.
+
+    Args:
+        streams: All of a file.
+        stamps: ndarray, shape (n_samples,), of the EEG, on the recorder's clock, s.
+    """
+    own = [s for s in streams if info(s, "source_id") == RECORDER and is_text(s)]
+    marks = [
+        float(when) for s in own for when, row in zip(s["time_stamps"], s["time_series"], strict=True)
+        if row[0].startswith("gap/")
+    ]  # fmt: skip
+    # A mark bears the stamp of the last sample before its gap. Where another stream has one, the EEG goes on.
+    steps = np.diff(stamps)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    near = (int(np.searchsorted(stamps, when + 0.5 * usual)) for when in marks)
+    found = [at for at in near if 0 < at < len(stamps) and steps[at - 1] > 1.5 * usual]
+    return [s for s in streams if not any(s is one for one in own)], found
 
 
 def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, list[str]]:

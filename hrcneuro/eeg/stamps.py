@@ -6,6 +6,8 @@ to come at a steady rate, as pyxdf does; but pyxdf looks over gaps below 500 sam
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 _LEAST_GAP_S = 0.05
@@ -13,7 +15,7 @@ _LEAST_GAP_SAMPLES = 5
 _AROUND_S = 2.0
 
 
-def segments(stamps: np.ndarray, rate: float) -> list[tuple[int, int]]:
+def segments(stamps: np.ndarray, rate: float, known: Sequence[int] = ()) -> list[tuple[int, int]]:
     """Return (first sample, one past the last) of the stretches between which samples are missing.
 
     A sample that is only late is followed by others that are not; after a gap all come later. So a jump counts where
@@ -22,6 +24,7 @@ def segments(stamps: np.ndarray, rate: float) -> list[tuple[int, int]]:
     Args:
         stamps: ndarray, shape (n_samples,), s.
         rate: Nominal sampling rate, in Hz.
+        known: First samples after gaps that the recorder has marked, however short.
     """
     period = _period(stamps, rate)
     late = stamps - np.arange(len(stamps)) * period
@@ -32,6 +35,7 @@ def segments(stamps: np.ndarray, rate: float) -> list[tuple[int, int]]:
         before, after = late[max(at - around, starts[-1]) : at], late[at : at + around]
         if abs(after.min() - before.min()) > least:
             starts.append(int(at))
+    starts = sorted({*starts, *(at for at in known if 0 < at < len(stamps))})
     return list(zip(starts, [*starts[1:], len(stamps)], strict=True))
 
 

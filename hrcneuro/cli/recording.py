@@ -1,0 +1,216 @@
+"""What the command record does: streams, files, a look at them while they grow, and the answer in the end."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from hrcneuro import interrupts
+from hrcneuro.cli.console import Console
+from hrcneuro.cli.recording_view import View
+from hrcneuro.errors import REFUSED, ConfigError, DataError, HrcError, StageError
+from hrcneuro.io.places import check_room, new_folder
+from hrcneuro.live import journal, selfcheck, session
+from hrcneuro.live.lsl import LslNetwork
+from hrcneuro.live.parameters import RecordOptions
+from hrcneuro.live.part import Part
+from hrcneuro.live.preflight import Look
+
+_ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
+_QUICK_S = 0.001
+_LIBRARIES = ("hrcneuro", "mne-lsl", "pyxdf", "numpy")
+
+
+@dataclass
+class Answer:
+    """How a recording ended: exit code, what a program and what a person is told."""
+
+    code: int
+    about: dict[str, Any] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)
+
+
+def check(options: RecordOptions) -> dict[str, Any]:
+    """Return what comes of the streams at this moment.
+
+    Raises:
+        HardwareError: They are not as they should be.
+    """
+    with LslNetwork() as network:
+        opened = session.prepare(network, network.clock, time.sleep, options)
+        try:
+            session.refuse(opened.problems)
+            return {key: _looked(look) for key, look in opened.looks.items()}
+        finally:
+            opened.close()
+
+
+def in_words(looked: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Yield a line a stream, of what :func:`check` returns."""
+    for key, one in looked.items():
+        rate = f"{one['measured_hz']:.2f} Hz" if one["measured_hz"] else f"{one['samples']} texts"
+        yield f"{key}: {one['name']} ({one['type']}), {one['channels']} channels, {rate}"
+    yield "all declared streams are there; nothing was recorded"
+
+
+def _looked(look: Look) -> dict[str, Any]:
+    about, stamps = look.description, look.stamps
+    moving = bool(about.sfreq) and len(stamps) > 1
+    return {
+        "name": about.name,
+        "type": about.type,
+        "channels": about.n_channels,
+        "samples": len(stamps),
+        "measured_hz": float((len(stamps) - 1) / (stamps[-1] - stamps[0])) if moving else 0.0,
+    }
+
+
+def run(
+    workdir: Path,
+    subject: str,
+    options: RecordOptions,
+    talk: Console,
+    *,
+    seconds: float = 0,
+    resume: bool = False,
+    quick: bool = False,
+) -> Answer:
+    """Record until Ctrl-C, or for so many seconds; return how it ended.
+
+    ``quick`` takes samples as soon as they come, to time them, and does not read the file back.
+
+    Raises:
+        HardwareError: The streams are not as they should be; nothing was recorded.
+        ConfigError, DataError, StageError: There is nothing to go on with, or no place to write.
+    """
+    _refuse_without_reader()
+    parent = workdir.absolute() / options.folder / subject
+    earlier = _last(parent) if resume else None
+    cure = "free space, or choose another place: record.folder"
+    check_room(parent, _ROOM, what="ten minutes of recording", cure=cure)
+    with LslNetwork() as network, ThreadPoolExecutor(1) as helper, interrupts.whole():
+        talk.say(f"looking at the streams, {options.look_s:g} s …")
+        opened = session.prepare(network, network.clock, time.sleep, options)
+        try:
+            session.refuse(opened.problems)
+            folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
+        except HrcError:
+            opened.close()
+            raise
+        view = View(talk, folder, options)
+        going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
+        fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
+    if quick:
+        return Answer(1 if fault else 0, {"folder": str(folder)})
+    return _ended(folder, notes, fault, talk)
+
+
+def _go_on(
+    going: session.Session, part: Part, notes: journal.Journal, view: View, seconds: float, step_s: float
+) -> str:
+    """Step until Ctrl-C; return why the disk took no more, or an empty string."""
+    begun = time.monotonic()
+    interrupts.once(view.tell_patience)
+    try:
+        with view, contextlib.suppress(KeyboardInterrupt):
+            while not seconds or time.monotonic() - begun < seconds:
+                going.step()
+                view.show(going.recorder.streams, part.size, time.monotonic() - begun)
+                time.sleep(step_s)
+        interrupts.hold()
+        going.close()
+    except OSError as error:
+        interrupts.hold()
+        fault = f"{part.path} takes no more: {error.strerror or error}"
+        view.fail(fault)
+        notes.part["state"] = journal.FULL
+        with contextlib.suppress(OSError):
+            part.close()
+        with contextlib.suppress(OSError):
+            notes.write()
+        return fault
+    finally:
+        interrupts.forget()
+    return ""
+
+
+def _begin(
+    parent: Path, earlier: Path | None, subject: str, options: RecordOptions, clock: Any
+) -> tuple[Path, Part, journal.Journal]:
+    try:
+        folder = earlier or new_folder(parent)
+        notes = journal.Journal(folder, {"subject": subject, "versions": {name: version(name) for name in _LIBRARIES}})
+        number = 1 + max((selfcheck.part_number(path) for path in folder.glob("part*.xdf")), default=0)
+        path = session.part_path(folder, number)
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        part = Part(path, started=now)
+        notes.begin({"file": path.name, "began": now, "clock_s": clock()})
+    except OSError as error:
+        kind = ConfigError if error.errno in REFUSED else StageError
+        raise kind(
+            f"the recording cannot be written in {parent}: {error.strerror or error}",
+            cure="give yourself the right to write there, or choose another place: record.folder",
+        ) from error
+    return folder, part, notes
+
+
+def _last(parent: Path) -> Path:
+    """Return the newest recording of a subject, to go on with."""
+    there = sorted(path.parent for path in parent.glob("*/part1.xdf"))
+    if not there:
+        raise DataError(
+            f"there is no recording to go on with in {parent}", cure="begin one: the same command without --resume"
+        )
+    return there[-1]
+
+
+def _refuse_without_reader() -> None:
+    if find_spec("pyxdf") is None:
+        raise ConfigError(
+            "a recording is read back by pyxdf, which is not installed", cure="pip install 'hrcneuro[lsl,xdf]'"
+        )
+
+
+def _ended(folder: Path, notes: journal.Journal, fault: str, talk: Console) -> Answer:
+    """Read the recording back, in a process of its own, and say what it is worth."""
+    talk.say("reading the recording back …")
+    words = [sys.executable, "-m", "hrcneuro.live.selfcheck", str(folder)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, start_new_session=True)
+    checked = json.loads(done.stdout) if done.returncode == 0 else []
+    trouble = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]
+    notes.part["check"] = checked
+    with contextlib.suppress(OSError):
+        notes.write()
+    lines = [*verdict(folder, checked)]
+    if trouble:
+        lines.append(f"{folder} cannot be read back: {trouble}")
+    if fault:
+        lines.append(f"the recording ended early: {fault}; all that had been written is kept")
+    whole = bool(checked) and all(one["whole"] for one in checked) and not fault and not trouble
+    about = {"folder": str(folder), "whole": whole, "fault": fault or trouble, "check": checked}
+    return Answer(0 if whole else 1, about, lines)
+
+
+def verdict(folder: Path, checked: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield what was read back, a line a stream and part, and what it comes to."""
+    for one in checked:
+        part = f"part {one['part']}, " if checked[-1]["part"] > 1 else ""
+        rate = f" at {one['rate']:.3f} Hz" if one["rate"] else ""
+        gaps = f", {one['missing']} missing in {one['gaps']} gaps" if one["gaps"] else ", no gap" if rate else ""
+        drift = f", clock {one['drift_ppm']:+.1f} ppm" if one["drift_ppm"] is not None else ""
+        lost = (one["counted"] or one["samples"]) - one["samples"]
+        short = f", {lost} fewer than came" if lost else ""
+        yield f"{part}{one['stream']}: {one['samples']:,} samples{rate}{gaps}{drift}{short}"
+    sound = all(one["whole"] for one in checked) and checked
+    yield f"{'whole' if sound else 'NOT WHOLE'}: {folder}"

@@ -1,0 +1,129 @@
+"""What the command timing does: finds the recording and the robot's record, measures, draws, writes a page."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hrcneuro.analyses import session_timing as analysis
+from hrcneuro.cli import recording as recorder
+from hrcneuro.cli.console import Console
+from hrcneuro.config.settings import Settings
+from hrcneuro.errors import DataError
+from hrcneuro.io.tables import read_table
+from hrcneuro.live import journal
+from hrcneuro.sources.chain import read_chain
+from hrcneuro.sources.sessions import in_order
+
+_WINDOW_S = 0.3
+
+
+@dataclass
+class Measured:
+    """What was measured: for a program, and for a person."""
+
+    about: dict[str, Any]
+    lines: list[str]
+
+
+def measure(
+    workdir: Path, subject: str, study: Settings, folder: Path | None, talk: Console, *, live: float = 0, end: str = ""
+) -> Measured:
+    """Return the timing of a recording, of the subject's newest one, or of a session under way.
+
+    Raises:
+        HrcError: There is nothing to measure, or it cannot be read.
+    """
+    parent = workdir.absolute() / study.live["record"].folder / subject
+    if live:
+        with tempfile.TemporaryDirectory(prefix="hrcneuro-timing-") as place:
+            answer = recorder.run(Path(place), subject, study.live["record"], talk, seconds=live, quick=True)
+            return _measured(Path(answer.about["folder"]), workdir, subject, study, parent, end, "live")
+    chosen = folder or _newest(parent)
+    return _measured(chosen, workdir, subject, study, parent, end, chosen.name)
+
+
+def _newest(parent: Path) -> Path:
+    there = sorted({path.parent for path in parent.glob("*/*.xdf")})
+    if not there:
+        raise DataError(
+            f"no recording is in {parent}",
+            cure="record one: 'hrcneuro record'; or name one that lies elsewhere: --recording FOLDER",
+        )
+    return there[-1]
+
+
+def _measured(
+    folder: Path, workdir: Path, subject: str, study: Settings, parent: Path, end: str, name: str
+) -> Measured:
+    parts = in_order([path for path in folder.glob("*.xdf*") if path.name.lower().endswith((".xdf", ".xdfz"))])
+    acquire = study.sections["acquire"]
+    chain = read_chain(parts, acquire, window_s=_WINDOW_S, delay_s=acquire.amp_delay_ms / 1e3, end=end)
+    timing = analysis.session_timing(chain.moves, chain.sfreq, _driven(parent, chain.moves))
+    lag = {key: one.get("lag_ms") for part in journal.read(folder).get("parts", ()) for key, one in _streams(part)}
+    out = workdir.absolute() / "timing" / subject / name
+    out.mkdir(parents=True, exist_ok=True)
+    about = {**timing.summary, "verdict": analysis.verdict(timing), "arrival_ms": lag, "recording": str(folder)}
+    (out / "timing.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
+    timing.moves.to_csv(out / "moves.csv", index=False)
+    links = {one.name: analysis.LINKS[one.name] for one in timing.links}
+    if links:
+        from hrcneuro.figures.session_timing import session_timing as draw
+
+        draw(timing.moves, links, out / "timing.png")
+    rows = analysis.rows_in_words(timing)
+    _page(out, subject, rows, about, lag, drawn=bool(links))
+    return Measured(about, [*_lines(rows), *_arrivals(lag), about["verdict"], f"in {out / 'timing.html'}"])
+
+
+def _streams(part: dict[str, Any]) -> Any:
+    return part.get("streams", {}).items()
+
+
+def _driven(parent: Path, moves: pd.DataFrame) -> pd.DataFrame | None:
+    """Return the robot's record of the session whose markers these are: the one whose stamps agree."""
+    for path in sorted(parent.glob("*/moves.parquet"), reverse=True):
+        table = read_table(path)
+        if "lsl_s" in table and table["lsl_s"].between(moves["marker_s"].min() - 1, moves["marker_s"].max() + 1).any():
+            return table
+    return None
+
+
+def _lines(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [
+        "  ".join(cell.ljust(width) if i == 0 else cell.rjust(width) for i, (cell, width) in enumerate(cells)).rstrip()
+        for cells in (list(zip(row, widths, strict=True)) for row in rows)
+    ]
+
+
+def _arrivals(lag: dict[str, Any]) -> list[str]:
+    return [
+        f"{key}: taken to received and written, median {one['median']:.1f} ms, 99 % within {one['p99']:.1f} ms, worst "
+        f"{one['worst']:.1f} ms"
+        for key, one in lag.items()
+        if one
+    ]
+
+
+def _page(
+    out: Path, subject: str, rows: list[tuple[str, ...]], about: dict[str, Any], lag: dict[str, Any], *, drawn: bool
+) -> None:
+    from hrcneuro.report import markup
+
+    page = markup.render(
+        "timing.html",
+        title=f"timing of {subject}",
+        style=markup.own("page.css"),
+        subject=subject,
+        verdict=about["verdict"],
+        table_rows=markup.PageTable(rows[0], rows[1:]),
+        arrivals=_arrivals(lag),
+        drawn=drawn,
+    )
+    (out / "timing.html").write_text(page, encoding="utf-8")

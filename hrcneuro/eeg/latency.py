@@ -1,0 +1,137 @@
+"""How late one event shows another: a constant delay, its uncertainty, the jitter about it, and what it hangs on.
+
+The same numbers serve every link of a chain: command and motion, marker and trigger edge, sample and disk.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+_Z95 = 1.959963984540054
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with what is known of it.
+
+    Attributes:
+        value: The number.
+        low, high: The ends of its 95 % confidence interval.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        """Half the interval."""
+        return (self.high - self.low) / 2
+
+
+@dataclass(frozen=True)
+class Latency:
+    """Latencies of one kind.
+
+    Attributes:
+        n: How many.
+        delay: Their median, of the same unit, with its interval: the constant part.
+        sd: Standard deviation about the mean.
+        p99: 99 % lie no farther than this from the median.
+        worst: The largest distance from the median.
+        low, high: The least and the greatest latency.
+    """
+
+    n: int
+    delay: Estimate
+    sd: float
+    p99: float
+    worst: float
+    low: float
+    high: float
+
+
+def latency(values: np.ndarray) -> Latency:
+    """Return what some latencies amount to; NaN are left out.
+
+    The interval of the median is that of order statistics, by the binomial distribution (Conover 1999, Practical
+    Nonparametric Statistics, section 3.2): it asks nothing of how the latencies are distributed.
+
+    Args:
+        values: ndarray, shape (n,), of one unit.
+    """
+    known = np.sort(np.asarray(values, float)[np.isfinite(values)])
+    n = len(known)
+    if not n:
+        nothing = math.nan
+        return Latency(0, Estimate(nothing, nothing, nothing), nothing, nothing, nothing, nothing, nothing)
+    middle = float(np.median(known))
+    reach = _Z95 * math.sqrt(n) / 2
+    first, last = max(math.floor(n / 2 - reach), 0), min(math.ceil(n / 2 + reach), n - 1)
+    away = np.abs(known - middle)
+    return Latency(
+        n=n,
+        delay=Estimate(middle, float(known[first]), float(known[last])),
+        sd=float(known.std(ddof=1)) if n > 1 else 0.0,
+        p99=float(np.percentile(away, 99)),
+        worst=float(away.max()),
+        low=float(known[0]),
+        high=float(known[-1]),
+    )
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> Estimate:
+    """Return by how much ``y`` grows with ``x``, by least squares; NaN where fewer than three points are known.
+
+    Args:
+        x, y: ndarray, shape (n,).
+    """
+    keep = np.isfinite(x) & np.isfinite(y)
+    a, b = np.asarray(x, float)[keep], np.asarray(y, float)[keep]
+    n = len(a)
+    if n < 3 or np.ptp(a) == 0:
+        return Estimate(math.nan, math.nan, math.nan)
+    centred = a - a.mean()
+    value = float(centred @ b / (centred @ centred))
+    rest = b - b.mean() - value * centred
+    error = math.sqrt(float(rest @ rest) / (n - 2) / float(centred @ centred))
+    from scipy.stats import t
+
+    reach = float(t.ppf(0.975, n - 2)) * error
+    return Estimate(value, value - reach, value + reach)
+
+
+def drift_ppm(samples: np.ndarray, when_s: np.ndarray, sfreq: float) -> Estimate:
+    """Return how much faster a clock that counts samples runs than one in seconds, parts in a million.
+
+    Args:
+        samples: ndarray, shape (n,), of the samples at which events were seen.
+        when_s: ndarray, shape (n,), when they were, s of the other clock.
+        sfreq: Nominal sampling rate, Hz.
+    """
+    known = np.isfinite(samples) & np.isfinite(when_s)
+    if not known.any():
+        return Estimate(math.nan, math.nan, math.nan)
+    # From their means on: of numbers as large as LSL's stamps, little would be left of a slope.
+    rate = slope(when_s - when_s[known].mean(), samples - samples[known].mean())
+    return Estimate(*(1e6 * (one / sfreq - 1) for one in (rate.value, rate.low, rate.high)))
+
+
+def nearest(events: np.ndarray, others: np.ndarray, *, window: float, expected: float = 0.0) -> np.ndarray:
+    """Return for each event the index of the other that lies nearest to it and ``expected``; -1 for none in the window.
+
+    Args:
+        events, others: ndarrays, shapes (n,) and (m,), s; ``others`` ascending.
+        window: How far it may be, s.
+        expected: How much later than an event the other is, s.
+    """
+    if not len(others):
+        return np.full(len(events), -1)
+    wanted = np.asarray(events, float) + expected
+    right = np.clip(np.searchsorted(others, wanted), 0, len(others) - 1)
+    left = np.maximum(right - 1, 0)
+    best = np.where(np.abs(others[left] - wanted) <= np.abs(others[right] - wanted), left, right)
+    return np.where(np.abs(others[best] - wanted) <= window, best, -1)

@@ -1,0 +1,61 @@
+"""``session.json`` of a recording: what was to be recorded, what came, what stood out, how it ended."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+FILE = "session.json"
+RUNNING, ENDED, FULL = "recording", "ended", "stopped by its disk"
+
+
+class Journal:
+    """The file, with a part for each time that the recording was begun or resumed.
+
+    Attributes:
+        path: The file.
+        about: All that it says.
+    """
+
+    def __init__(self, folder: Path, about: Mapping[str, Any]) -> None:
+        """Begin with what ``about`` says of the whole recording, or go on with what is there."""
+        self.path = folder / FILE
+        self.about: dict[str, Any] = {**read(folder), **about}
+        self.about.setdefault("parts", [])
+
+    @property
+    def part(self) -> dict[str, Any]:
+        """What is said of the part that is being recorded."""
+        part: dict[str, Any] = self.about["parts"][-1]
+        return part
+
+    def begin(self, part: Mapping[str, Any]) -> None:
+        """Add a part, and write.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        self.about["parts"].append({**part, "state": RUNNING, "events": []})
+        self.write()
+
+    def write(self) -> None:
+        """Let the file appear anew, whole.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        part = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+        part.write_text(json.dumps(self.about, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        part.replace(self.path)
+
+
+def read(folder: Path) -> dict[str, Any]:
+    """Return what a recording's ``session.json`` says; nothing where there is none or it cannot be understood."""
+    try:
+        about = json.loads((folder / FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return about if isinstance(about, dict) else {}

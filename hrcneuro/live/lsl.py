@@ -1,0 +1,226 @@
+"""Streams over the lab streaming layer (LSL), by mne-lsl."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.live.transport import Description, Lost, Samples
+
+_OPEN_S = 5.0
+_LOOK_S = 1.0
+_OFFSET_EVERY_S = 5.0
+_MOST = 8192  # samples a pull
+# Of a stream's own description: where it runs, which is nobody's business who is given the recording.
+_WHERE = ("hostname", "v4address", "v4data_port", "v4service_port", "v6address", "v6data_port", "v6service_port")
+
+
+def library(purpose: str, *, instead: str = "") -> Any:
+    """Return ``mne_lsl.lsl``, told where to look for streams unless a laboratory has configured that.
+
+    Args:
+        purpose: What needs it, for the message: ``markers go out through``.
+        instead: What can be done without it, for the cure.
+
+    Raises:
+        HardwareError: mne-lsl is not installed, or its liblsl does not load.
+    """
+    try:
+        import mne_lsl.lsl as lsl
+    except ImportError as error:
+        missing = error.name is not None and error.name.partition(".")[0] == "mne_lsl"
+        raise HardwareError(
+            f"{purpose} mne-lsl, which is not installed" if missing else f"mne-lsl does not load: {error}",
+            cure=f"pip install 'hrcneuro[lsl]'{instead and ', or '}{instead}",
+        ) from error
+    places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
+    if not any(Path(place).expanduser().is_file() for place in places if place):
+        # On a machine whose only network is itself, not all streams would be found. Errors of liblsl on standard error
+        # are of connections that end, which is no error here.
+        lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
+    return lsl
+
+
+def _without_place(xml: str) -> str:
+    root = ET.fromstring(xml)
+    for tag in _WHERE:
+        for one in root.findall(tag):
+            root.remove(one)
+    return ET.tostring(root, encoding="unicode")
+
+
+def described(info: Any) -> Description:
+    """Return what a stream of mne-lsl says of itself."""
+    names, units = (list(map(str, got or ())) for got in (info.get_channel_names(), info.get_channel_units()))
+    xml = info.as_xml
+    root = ET.fromstring(xml)
+    return Description(
+        name=info.name,
+        type=info.stype,
+        channel_format=root.findtext("channel_format") or "",
+        sfreq=float(info.sfreq),
+        n_channels=int(info.n_channels),
+        labels=tuple(names),
+        units=tuple(units),
+        source_id=info.source_id,
+        uid=info.uid,
+        xml=xml,
+        bare_xml=_without_place(xml),
+        handle=info,
+    )
+
+
+class LslInlet:
+    """A stream that is received."""
+
+    def __init__(self, lsl: Any, description: Description) -> None:
+        """Connect.
+
+        Raises:
+            Lost: It is seen, and no connection comes about.
+        """
+        # liblsl itself finds a stream again by its source id, and what had come by then is not lost.
+        self._inlet = lsl.StreamInlet(description.handle, max_buffered=60, recover=bool(description.source_id))
+        try:
+            self._inlet.open_stream(timeout=_OPEN_S)
+            # Only now are labels and units there.
+            self.description = described(self._inlet.get_sinfo(timeout=_OPEN_S))
+        except (TimeoutError, RuntimeError) as error:
+            raise Lost(
+                f"it is seen, and no connection to it comes about within {_OPEN_S:g} s: does a firewall stand between?"
+            ) from error
+        self._clock = lsl.local_clock
+        self._measured: list[tuple[float, float]] = []
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._measure, name="clock offsets", daemon=True)
+        self._thread.start()
+
+    def pull(self) -> Samples:
+        """Return all samples that have come and were not pulled yet; never waits."""
+        try:
+            values, stamps = self._inlet.pull_chunk(timeout=0.0, max_samples=_MOST)
+        except RuntimeError as error:
+            raise Lost(str(error).rstrip(".")) from error
+        # Copies: mne-lsl fills the same memory with the next pull.
+        return Samples(np.array(stamps, float), np.array(values) if isinstance(values, np.ndarray) else values)
+
+    def offsets(self) -> list[tuple[float, float]]:
+        """Return the measurements since the last call."""
+        taken, self._measured = self._measured, []
+        return taken
+
+    def close(self) -> None:
+        """Receive no more."""
+        self._closed.set()
+        self._thread.join(_OPEN_S)
+        self._inlet.close_stream()
+
+    def _measure(self) -> None:
+        wait = 0.0
+        while not self._closed.wait(wait):
+            with contextlib.suppress(TimeoutError, RuntimeError):
+                offset = float(self._inlet.time_correction(timeout=2.0))
+                self._measured.append((float(self._clock()), offset))
+            wait = _OFFSET_EVERY_S
+
+
+class LslOutlet:
+    """A stream that is sent; samples carry the stamps that they are given."""
+
+    def __init__(
+        self,
+        name: str,
+        kind: str,
+        labels: Sequence[str],
+        *,
+        sfreq: float,
+        source_id: str,
+        types: Sequence[str] = (),
+        units: Sequence[str] = (),
+        remark: str = "",
+    ) -> None:
+        """Let it be there.
+
+        Args:
+            name, kind: By which it is found.
+            labels: Of its channels.
+            sfreq: Nominal rate, Hz; 0 for texts at irregular times.
+            source_id: By which it is found again after an interruption.
+            types, units: Of its channels.
+            remark: A sentence that goes with it into every recording.
+
+        Raises:
+            HardwareError: mne-lsl is absent.
+        """
+        lsl = library("streams go out through")
+        about = lsl.StreamInfo(name, kind, len(labels), sfreq, "float32" if sfreq else "string", source_id)
+        about.set_channel_names(list(labels))
+        if types:
+            about.set_channel_types(list(types))
+        if units:
+            about.set_channel_units(list(units))
+        if remark:
+            about.desc.append_child_value("remark", remark)
+        self._outlet: Any = lsl.StreamOutlet(about)
+        self.clock = lsl.local_clock
+
+    def push(self, stamps: np.ndarray, values: np.ndarray) -> None:
+        """Send samples, shape (n_samples, n_channels), each with its stamp, seconds."""
+        self._outlet.push_chunk(np.ascontiguousarray(values, np.float32), timestamp=np.asarray(stamps, float))
+
+    def send(self, text: str, stamp: float) -> None:
+        """Send a text with its stamp, seconds."""
+        self._outlet.push_sample([text], timestamp=stamp)
+
+    def close(self) -> None:
+        """Let it vanish."""
+        self._outlet = None
+
+
+class LslNetwork:
+    """All LSL streams of this machine's network; a context manager that looks for streams as long as it is open."""
+
+    def __init__(self) -> None:
+        """Begin to look; after ``look_s`` seconds all streams that are there are visible.
+
+        Raises:
+            HardwareError: mne-lsl is absent.
+        """
+        self._lsl = library("streams come through")
+        self.clock = self._lsl.local_clock
+        self._seen: list[Description] = []
+        self._looked = threading.Event()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._look, name="streams", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> LslNetwork:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._closed.set()
+        self._thread.join(2 * _LOOK_S)
+
+    def visible(self) -> list[Description]:
+        """Return the streams that were there a second ago."""
+        self._looked.wait(2 * _LOOK_S)
+        return self._seen
+
+    def open(self, description: Description) -> LslInlet:
+        """Return a stream that is received from now on. Raises :class:`Lost` where it does not answer."""
+        return LslInlet(self._lsl, description)
+
+    def _look(self) -> None:
+        while not self._closed.is_set():
+            with contextlib.suppress(RuntimeError):
+                self._seen = [described(info) for info in self._lsl.resolve_streams(timeout=_LOOK_S)]
+                self._looked.set()

@@ -1,0 +1,78 @@
+"""One file of a recording, ``part1.xdf``, ``part2.xdf``, …: chunks go in whole, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+from hrcneuro.live import xdf
+
+
+class Part:
+    """An XDF file that grows.
+
+    Attributes:
+        path: The file.
+        size: Bytes that are in it, all of them in whole chunks.
+        fault: Why nothing more goes in; empty while it does.
+    """
+
+    def __init__(self, path: Path, *, started: str) -> None:
+        """Begin a new file.
+
+        Args:
+            path: It must not exist.
+            started: Time of day, ISO 8601.
+
+        Raises:
+            OSError: It exists, or cannot be written.
+        """
+        self.path, self.size, self.fault = path, 0, ""
+        self._waiting: list[bytes] = []
+        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        self.add(xdf.MAGIC + xdf.file_header(started))
+        self.write()
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+    def add(self, chunk: bytes) -> None:
+        """Take a whole chunk, to be written with the next ones."""
+        self._waiting.append(chunk)
+
+    def write(self, *, sync: bool = False) -> None:
+        """Write what was taken; with ``sync`` it is on the disk afterwards.
+
+        Raises:
+            OSError: It cannot be written; the file then ends with the last chunk before it.
+        """
+        try:
+            rest = memoryview(b"".join(self._waiting))
+            written = 0
+            while written < len(rest):
+                written += os.write(self._file, rest[written:])
+            self.size += written
+            self._waiting.clear()
+            if sync:
+                os.fsync(self._file)
+        except OSError as error:
+            self.fault = error.strerror or str(error)
+            # What is left of a chunk would be damage to a reader.
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, self.size)
+                os.lseek(self._file, self.size, os.SEEK_SET)
+            raise
+
+    def close(self) -> None:
+        """Write the rest and close the file.
+
+        Raises:
+            OSError: The rest cannot be written.
+        """
+        try:
+            self.write(sync=True)
+        finally:
+            os.close(self._file)

@@ -1,0 +1,164 @@
+"""A recording as it goes: what comes of each stream goes into the file, and what stands out is told and marked.
+
+The recorder is stepped from outside, some twenty times a second in real time; it reads no clock and finds no stream but
+those it is handed, so that the same code records at virtual pace.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hrcneuro.live import xdf
+from hrcneuro.live.part import Part
+from hrcneuro.live.transport import Clock, Description, Inlet, Lost, Samples
+from hrcneuro.live.watch import Event, StreamWatch
+
+OWN = "hrcneuro-recorder"
+"""Name of the stream in the file in which the recorder marks gaps and interruptions, stamped with its own clock."""
+_OWN_NUMBER = 1
+_OWN_XML = (
+    f'<?xml version="1.0"?><info><name>{OWN}</name><type>Markers</type><channel_count>1</channel_count>'
+    f"<channel_format>string</channel_format><source_id>{OWN}</source_id><nominal_srate>0</nominal_srate>"
+    "<version>1.1</version><desc/></info>"
+)
+_BOUNDARY_S = 10.0
+_SYNC_S = 1.0
+_LAGS = 40_000  # half an hour of steps
+
+
+@dataclass
+class Stream:
+    """A stream that is recorded.
+
+    Attributes:
+        key: Its name in the configuration, or its own.
+        number: In the file.
+        description: What it said of itself when it was opened first.
+        inlet: From which it comes; none while it is lost.
+        watch: Whether it comes as it should.
+        offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
+        last: The newest samples, for who looks on.
+        lags: From when the newest sample of a pull was taken to when it was received and written, s.
+    """
+
+    key: str
+    number: int
+    description: Description
+    inlet: Inlet | None
+    watch: StreamWatch
+    offsets: list[tuple[float, float]] = field(default_factory=list)
+    last: Samples | None = None
+    lags: deque[float] = field(default_factory=lambda: deque(maxlen=_LAGS))
+
+
+Tell = Callable[[Stream, Event], None]
+
+
+class Recorder:
+    """Streams on their way into a file.
+
+    Attributes:
+        streams: Those that are recorded.
+    """
+
+    def __init__(self, part: Part, clock: Clock, *, stall_s: float, tell: Tell, keep_host: bool = False) -> None:
+        """Begin with no stream.
+
+        Args:
+            part: The file.
+            clock: Seconds of the receiver's clock.
+            stall_s: A regular stream that is silent for so long is told of.
+            tell: Is told what stands out.
+            keep_host: Whether the file tells which machines the streams come from.
+        """
+        self.streams: list[Stream] = []
+        self._part, self._clock, self._stall_s, self._tell, self._keep_host = part, clock, stall_s, tell, keep_host
+        now = clock()
+        self._marks: list[float] = []
+        self._bounded = self._synced = now
+        part.add(xdf.stream_header(_OWN_NUMBER, _OWN_XML))
+        part.add(xdf.clock_offset(_OWN_NUMBER, now, 0.0))
+
+    def add(self, key: str, inlet: Inlet) -> Stream:
+        """Record a stream from now on."""
+        about = inlet.description
+        watch = StreamWatch(about.sfreq, stall_s=self._stall_s)
+        stream = Stream(key, len(self.streams) + _OWN_NUMBER + 1, about, inlet, watch)
+        self.streams.append(stream)
+        self._part.add(xdf.stream_header(stream.number, about.xml if self._keep_host else about.bare_xml))
+        return stream
+
+    def resume(self, stream: Stream, inlet: Inlet) -> None:
+        """Go on with a stream that had ended and is there again."""
+        stream.inlet = inlet
+
+    def step(self) -> None:
+        """Take what has come and write it.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        now = self._clock()
+        for stream in self.streams:
+            self._take(stream, now)
+        if now - self._bounded >= _BOUNDARY_S:
+            self._part.add(xdf.boundary())
+            self._bounded = now
+        sync = now - self._synced >= _SYNC_S
+        if sync:
+            self._synced = now
+        self._part.write(sync=sync)
+
+    def close(self) -> None:
+        """Take what has come, end each stream in the file, and close it.
+
+        Raises:
+            OSError: The rest cannot be written.
+        """
+        now = self._clock()
+        try:
+            for stream in self.streams:
+                self._take(stream, now)
+                if stream.inlet is not None:
+                    stream.inlet.close()
+                watch = stream.watch
+                first, last = (0.0, 0.0) if not watch.count else (watch.first, watch.last)
+                self._part.add(xdf.stream_footer(stream.number, first, last, watch.count, stream.offsets))
+            ends = (self._marks[0], self._marks[-1]) if self._marks else (0.0, 0.0)
+            self._part.add(xdf.stream_footer(_OWN_NUMBER, *ends, len(self._marks), []))
+        finally:
+            self._part.close()
+
+    def mark(self, stream: Stream, event: Event) -> None:
+        """Tell of an event, and mark it in the file at the time it happened, by the recorder's clock."""
+        known = event.stamp == event.stamp
+        when = event.stamp + (stream.offsets[-1][1] if stream.offsets else 0.0) if known else self._clock()
+        text = f"{event.kind}/stream={stream.key}/samples={event.samples}/seconds={event.seconds:.6f}"
+        self._part.add(xdf.samples(_OWN_NUMBER, np.array([when]), [[text]], "string"))
+        self._marks.append(when)
+        self._tell(stream, event)
+
+    def _take(self, stream: Stream, now: float) -> None:
+        if stream.inlet is None:
+            return
+        try:
+            samples, offsets = stream.inlet.pull(), stream.inlet.offsets()
+        except Lost as error:
+            stream.inlet.close()
+            stream.inlet = None
+            self.mark(stream, Event("lost", stream.watch.last, why=str(error)))
+            return
+        for when, offset in offsets:
+            stream.offsets.append((when, offset))
+            self._part.add(xdf.clock_offset(stream.number, when, offset))
+        for event in stream.watch.feed(samples.stamps, now):
+            self.mark(stream, event)
+        if len(samples):
+            stream.last = samples
+            stream.lags.append(now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0))
+            about = stream.description
+            self._part.add(xdf.samples(stream.number, samples.stamps, samples.values, about.channel_format))

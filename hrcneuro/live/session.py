@@ -1,0 +1,278 @@
+"""A recording session: the declared streams are found and looked at, then recorded until somebody ends it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hrcneuro.errors import HardwareError
+from hrcneuro.live import journal, preflight
+from hrcneuro.live.parameters import Declared, RecordOptions
+from hrcneuro.live.part import Part
+from hrcneuro.live.preflight import Look, Problem
+from hrcneuro.live.recorder import Recorder, Stream, Tell
+from hrcneuro.live.transport import TRUTH, Clock, Description, Inlet, Lost, Network, Samples
+from hrcneuro.live.watch import Event
+
+Wait = Callable[[float], None]
+"""Lets seconds pass."""
+STEP_S = 0.05
+_LOOK_AGAIN_S = 0.5
+_NOTE_EVERY_S = 10.0
+
+
+@dataclass
+class Opened:
+    """Streams that are received, and what came of them while they were looked at.
+
+    Attributes:
+        inlets: By their name in the configuration; other streams by their own.
+        looks: The same, for those that were looked at.
+        problems: What stands against a recording.
+    """
+
+    inlets: dict[str, Inlet] = field(default_factory=dict)
+    looks: dict[str, Look] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def close(self) -> None:
+        """Receive no more."""
+        for inlet in self.inlets.values():
+            inlet.close()
+
+
+def prepare(network: Network, clock: Clock, wait: Wait, options: RecordOptions) -> Opened:
+    """Return the streams to be recorded, open and looked at, with all that stands against recording them."""
+    chosen, problems = _found(network, clock, wait, options.streams, options.wait_s)
+    opened = Opened(problems=problems)
+    for key, description in chosen.items():
+        opened.problems += preflight.says(key, options.streams[key], _open(network, key, description, opened))
+    if options.others:
+        meant = {one.uid for one in chosen.values()}
+        for description in network.visible():
+            if description.uid not in meant and description.name != TRUTH:
+                with contextlib.suppress(Lost):
+                    inlet = network.open(description)
+                    opened.inlets[_free(description.name, opened.inlets)] = inlet
+    _look(opened, clock, wait, options.look_s)
+    for key, look in opened.looks.items():
+        if key in options.streams:
+            opened.problems += preflight.comes(key, options.streams[key], look, options)
+    return opened
+
+
+def _found(
+    network: Network, clock: Clock, wait: Wait, declared: Mapping[str, Declared], wait_s: float
+) -> tuple[dict[str, Description], list[Problem]]:
+    end = clock() + wait_s
+    while True:
+        chosen, problems = preflight.choose(declared, network.visible())
+        # One that is doubled does not become less by waiting.
+        if not any(one.kind == "missing" for one in problems) or clock() >= end:
+            return chosen, problems
+        wait(_LOOK_AGAIN_S)
+
+
+def _open(network: Network, key: str, description: Description, opened: Opened) -> Description:
+    try:
+        opened.inlets[key] = network.open(description)
+    except Lost as error:
+        opened.problems.append(
+            Problem(
+                "no connection",
+                key,
+                f"{description.name!r}: {error}",
+                "let the ports of LSL through (16572 to 16604, TCP and UDP), or record on the machine that sends",
+            )
+        )
+        return description
+    return opened.inlets[key].description
+
+
+def _free(name: str, taken: Mapping[str, Inlet]) -> str:
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name}#{number}"
+    return free
+
+
+def _look(opened: Opened, clock: Clock, wait: Wait, seconds: float) -> None:
+    """Pull for some seconds; what had waited before is no measure of how the samples come."""
+    for inlet in opened.inlets.values():
+        with contextlib.suppress(Lost):
+            inlet.pull()
+    begin = clock()
+    came: dict[str, list[Samples]] = {key: [] for key in opened.inlets}
+    while (passed := clock() - begin) < seconds:
+        wait(STEP_S)
+        for key, inlet in opened.inlets.items():
+            with contextlib.suppress(Lost):
+                came[key].append(inlet.pull())
+    for key, pieces in came.items():
+        about, full = opened.inlets[key].description, [one for one in pieces if len(one)]
+        stamps = np.concatenate([one.stamps for one in full] or [np.zeros(0)])
+        numbers = [np.asarray(one.values) for one in full] if about.channel_format != "string" else []
+        opened.looks[key] = Look(about, passed, stamps, np.concatenate(numbers) if numbers else None)
+
+
+class Session:
+    """A recording that goes on until it is ended.
+
+    Attributes:
+        recorder: What it does with the streams.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        clock: Clock,
+        opened: Opened,
+        options: RecordOptions,
+        part: Part,
+        notes: journal.Journal,
+        *,
+        tell: Tell,
+        helper: Executor,
+    ) -> None:
+        """Begin to record streams that were prepared.
+
+        Args:
+            network, clock: Where streams are found again; seconds of the receiver's clock.
+            opened: The streams.
+            options: How they are recorded.
+            part: The file.
+            notes: Its ``session.json``, where the part is the last one.
+            tell: Is told what stands out.
+            helper: Opens streams again, so that the others do not wait for that.
+        """
+        self._network, self._clock, self._options, self._notes = network, clock, options, notes
+        self._say, self._helper = tell, helper
+        self._opening: dict[str, Future[Inlet]] = {}
+        self._noted = clock()
+        self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
+        for key, inlet in opened.inlets.items():
+            stream = self.recorder.add(key, inlet)
+            if key in opened.looks:
+                stream.watch.learn(opened.looks[key].stamps)
+        # Whatever ends this process: which streams these are stands there.
+        self._note()
+
+    def step(self) -> None:
+        """Record what has come, and look for streams that are gone.
+
+        Raises:
+            OSError: The disk takes no more.
+        """
+        self.recorder.step()
+        for stream in self.recorder.streams:
+            self._bring_back(stream)
+        if self._clock() - self._noted >= _NOTE_EVERY_S:
+            self._note()
+
+    def close(self) -> None:
+        """End the recording and its files.
+
+        Raises:
+            OSError: The disk takes no more.
+        """
+        for opening in self._opening.values():
+            opening.cancel()
+        self.recorder.close()
+        self._notes.part["state"] = journal.ENDED
+        self._note()
+
+    def _tell(self, stream: Stream, event: Event) -> None:
+        self._notes.part["events"].append(
+            {"stream": stream.key, "kind": event.kind, "stamp": event.stamp, "text": str(event)}
+        )
+        with contextlib.suppress(OSError):
+            self._note()
+        self._say(stream, event)
+
+    def _note(self) -> None:
+        self._noted = self._clock()
+        self._notes.part["streams"] = {one.key: summary(one) for one in self.recorder.streams}
+        self._notes.write()
+
+    def _bring_back(self, stream: Stream) -> None:
+        """Open a stream anew that has ended, or is silent while another run of it is there."""
+        opening = self._opening.get(stream.key)
+        if opening is not None:
+            if opening.done():
+                del self._opening[stream.key]
+                with contextlib.suppress(Lost):
+                    self._take_over(stream, opening.result())
+            return
+        if stream.inlet is not None and not stream.watch.stalled:
+            return
+        for description in self._again(stream):
+            self._opening[stream.key] = self._helper.submit(self._network.open, description)
+            return
+
+    def _again(self, stream: Stream) -> Iterator[Description]:
+        was = stream.description if stream.inlet is None else stream.inlet.description
+        declared = self._options.streams.get(stream.key) or Declared(name=was.name, type=was.type)
+        for one in self._network.visible():
+            # A stream with the same source id is found again by LSL itself, and nothing on the way is lost.
+            same = stream.inlet is not None and one.source_id == was.source_id != ""
+            alike = (one.n_channels, one.channel_format) == (was.n_channels, was.channel_format)
+            if preflight.fits(declared, one) and alike and one.uid != was.uid and not same:
+                yield one
+
+    def _take_over(self, stream: Stream, inlet: Inlet) -> None:
+        if stream.inlet is not None:
+            stream.inlet.close()
+        self.recorder.resume(stream, inlet)
+
+
+def summary(stream: Stream) -> dict[str, Any]:
+    """Return what came of a stream so far, for ``session.json``."""
+    about, watch = stream.description, stream.watch
+    return {
+        "name": about.name,
+        "type": about.type,
+        "sfreq": about.sfreq,
+        "channels": list(about.labels) or about.n_channels,
+        "units": sorted(set(about.units)),
+        "source_id": about.source_id,
+        "samples": watch.count,
+        "missing": watch.missing,
+        "first": watch.first if watch.count else None,
+        "last": watch.last if watch.count else None,
+        "clock_offset_s": stream.offsets[-1][1] if stream.offsets else None,
+        "lag_ms": _lag_ms(stream),
+    }
+
+
+def _lag_ms(stream: Stream) -> dict[str, float] | None:
+    """Return how late samples were received and written, by their own stamps; nothing where none came."""
+    if not stream.lags:
+        return None
+    lags = 1e3 * np.array(stream.lags)
+    return {"median": float(np.median(lags)), "p99": float(np.percentile(lags, 99)), "worst": float(lags.max())}
+
+
+def refuse(problems: list[Problem]) -> None:
+    """Refuse to record.
+
+    Raises:
+        HardwareError: There is a problem; all of them are named.
+    """
+    if problems:
+        raise HardwareError(
+            f"nothing is recorded: {len(problems)} problem{'s' * (len(problems) > 1)} with the streams\n"
+            + "\n".join(f"  - {one}" for one in problems),
+            cure="mend each of them; 'hrcneuro record --check' looks again and records nothing",
+        )
+
+
+def part_path(folder: Path, number: int) -> Path:
+    """Return where a part of a recording lies."""
+    return folder / f"part{number}.xdf"

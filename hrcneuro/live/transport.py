@@ -1,0 +1,95 @@
+"""What streams are, and how they come and go, whatever carries them: LSL (:mod:`hrcneuro.live.lsl`), or a test.
+
+A sender pushes samples with stamps of its own clock; a receiver has its clock, too, and measures how far the two are
+apart. Who records or sends is handed a :class:`Network` and a clock, and reads no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+Clock = Callable[[], float]
+"""Returns seconds of the receiver's clock."""
+
+TRUTH = "hrcneuro-truth"
+"""The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a stream says of itself.
+
+    Attributes:
+        name, type: As its sender chose them.
+        channel_format: ``float32``, ``double64``, ``int8`` … ``int64`` or ``string``.
+        sfreq: Nominal sampling rate, Hz; 0 for a stream of irregular times.
+        labels, units: One a channel; empty where it does not say.
+        n_channels: How many channels.
+        source_id: By which a stream is known again after an interruption; may be empty.
+        uid: Of this one run of the stream.
+        xml: The whole description.
+        bare_xml: The same without the name and the addresses of the machine it comes from.
+        handle: What the network needs to open it.
+    """
+
+    name: str
+    type: str
+    channel_format: str
+    sfreq: float
+    n_channels: int
+    labels: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    source_id: str = ""
+    uid: str = ""
+    xml: str = ""
+    bare_xml: str = ""
+    handle: Any = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of a stream.
+
+    Attributes:
+        stamps: ndarray, shape (n_samples,), seconds of the sender's clock.
+        values: ndarray, shape (n_samples, n_channels), of the stream's unit; lists of texts from a stream of texts.
+    """
+
+    stamps: np.ndarray
+    values: np.ndarray | Sequence[Sequence[str]]
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+
+class Lost(Exception):
+    """A stream has ended and will not come back by itself; the message says why."""
+
+
+class Inlet(Protocol):
+    """A stream that is received."""
+
+    description: Description
+
+    def pull(self) -> Samples:
+        """Return all samples that have come and were not pulled yet; never waits. Raises :class:`Lost`."""
+
+    def offsets(self) -> list[tuple[float, float]]:
+        """Return new measurements (when, what to add to the sender's stamps), seconds of the receiver's clock."""
+
+    def close(self) -> None:
+        """Receive no more."""
+
+
+class Network(Protocol):
+    """Where streams are found."""
+
+    def visible(self) -> list[Description]:
+        """Return the streams that are there, as far as is known at this moment; never waits."""
+
+    def open(self, description: Description) -> Inlet:
+        """Return a stream that is received from now on. Raises :class:`Lost` where it does not answer."""

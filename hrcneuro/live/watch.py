@@ -1,0 +1,142 @@
+"""Whether a stream comes as it should: gaps, stalls, clocks that were set anew. Numbers only: no clock, no stream.
+
+A stream that says it is regular has a sample each ``1 / sfreq`` seconds of its sender's clock. Where two stamps are
+farther apart than that, samples are missing between them. Senders that stamp a chunk when it leaves have steps that
+waver: how far is learned from the stream itself, and only what exceeds it by far is called a gap.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+_LEARN = 400  # steps between samples from which it is learned how they waver
+_STEADY = 0.05  # of the sampling interval
+_OFTEN = 0.01
+_WAVER = 8.0  # so many times the usual deviation of a step is no usual one
+_RESET_S = 1.0  # by so much more than the time that passed a clock does not run ahead
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that a person should know of a stream.
+
+    Attributes:
+        kind: ``gap``, ``clock``, ``stall``, ``back`` or ``lost``.
+        stamp: Where, seconds of the sender's clock: of the last sample before it.
+        seconds: How long it lasted, or by how much the clock was set; 0 where that is not known yet.
+        samples: How many are missing.
+        why: What is known of the cause.
+    """
+
+    kind: str
+    stamp: float
+    seconds: float = 0.0
+    samples: int = 0
+    why: str = ""
+
+    def __str__(self) -> str:
+        if self.kind == "gap":
+            return f"{self.samples} samples ({self.seconds:.3f} s) are missing"
+        if self.kind == "clock":
+            return f"the sender's clock was set by {self.seconds:+.3f} s"
+        if self.kind == "lost":
+            return f"it has ended ({self.why}); it is looked for"
+        if self.kind == "stall":
+            return f"no samples for {self.seconds:.1f} s"
+        return f"samples come again after {self.seconds:.1f} s"
+
+
+@dataclass
+class StreamWatch:
+    """What came of one stream so far.
+
+    Attributes:
+        sfreq: Nominal rate, Hz; 0 for a stream of irregular times, of which no gap can be told.
+        stall_s: A regular stream that is silent for so long is called stalled.
+        count: Samples that came.
+        first, last: Their stamps, seconds of the sender's clock; NaN before any came.
+        missing: Samples that did not.
+        stalled: Whether it is silent now.
+    """
+
+    sfreq: float
+    stall_s: float = 1.0
+    count: int = 0
+    first: float = float("nan")
+    last: float = float("nan")
+    missing: int = 0
+    stalled: bool = False
+    _came: float | None = None
+    _steps: deque[float] = field(default_factory=lambda: deque(maxlen=_LEARN))
+
+    def learn(self, stamps: np.ndarray) -> None:
+        """Take in how the stamps of this stream waver, from some seconds of it before the watch."""
+        if self.sfreq:
+            self._steps.extend(abs(np.diff(stamps) - 1 / self.sfreq)[-_LEARN:])
+
+    @property
+    def wavers(self) -> bool:
+        """Whether stamps differ from a steady rate by more than half a sample, so that small gaps show in no step."""
+        return bool(self.sfreq) and self._usual() > 0.5 / self.sfreq
+
+    def feed(self, stamps: np.ndarray, now: float) -> list[Event]:
+        """Return what stands out in newly come samples.
+
+        Args:
+            stamps: ndarray, shape (n_samples,), seconds of the sender's clock.
+            now: When they were pulled, seconds of the receiver's clock.
+        """
+        if not len(stamps):
+            return self._silence(now)
+        events = []
+        silent = 0.0 if self._came is None else now - self._came
+        if self.stalled:
+            events.append(Event("back", self.last, silent))
+            self.stalled = False
+        joined = stamps if self.count == 0 else np.concatenate([[self.last], stamps])
+        events += self._odd_steps(joined, silent)
+        if self.count == 0:
+            self.first = float(stamps[0])
+        self.count += len(stamps)
+        self.last, self._came = float(stamps[-1]), now
+        return events
+
+    def _silence(self, now: float) -> list[Event]:
+        if self._came is None:
+            self._came = now
+        silent = now - self._came
+        if self.stalled or not self.sfreq or silent < self.stall_s:
+            return []
+        self.stalled = True
+        return [Event("stall", self.last, silent)]
+
+    def _odd_steps(self, stamps: np.ndarray, silent: float) -> list[Event]:
+        steps = np.diff(stamps)
+        if not self.sfreq or not len(steps):
+            return []
+        interval, usual = 1 / self.sfreq, self._usual()
+        odd = np.flatnonzero((steps > interval + usual) | (steps < -usual))
+        events = []
+        for at in odd:
+            step, stamp = float(steps[at]), float(stamps[at])
+            if step < 0 or step > max(silent, 2 * self.stall_s) + _RESET_S:
+                events.append(Event("clock", stamp, step - silent))
+            elif (lost := round(step * self.sfreq) - 1) > 0:
+                self.missing += lost
+                events.append(Event("gap", stamp, lost * interval, lost))
+        self._steps.extend(abs(steps[-_LEARN:] - interval))
+        return events
+
+    def _usual(self) -> float:
+        """Return by how much a step may differ from the sampling interval without a word, seconds."""
+        interval = 1 / self.sfreq
+        if len(self._steps) < _LEARN // 4:
+            return 0.5 * interval
+        # Most steps within a chunk are exact: those between chunks waver. A gap now and then is no wavering.
+        wavering = [step for step in self._steps if step > _STEADY * interval]
+        if len(wavering) < _OFTEN * len(self._steps):
+            return 0.5 * interval
+        return max(0.5 * interval, _WAVER * float(np.median(wavering)))

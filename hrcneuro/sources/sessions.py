@@ -1,0 +1,201 @@
+"""A recorded session: one or more XDF parts and the experiment's log, brought together."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.eeg.latency import nearest
+from hrcneuro.errors import DataError
+from hrcneuro.paradigm.markers import move_in
+from hrcneuro.sources import joining, matching, triggers
+from hrcneuro.sources.events import separate
+from hrcneuro.sources.formats.packed import unpacked
+from hrcneuro.sources.logs import read_log_files
+from hrcneuro.sources.origin import with_log
+from hrcneuro.sources.parameters import Source
+from hrcneuro.sources.recording import Recording
+
+_KEYS = ("practice", "block", "episode", "trial")
+
+
+@dataclass(frozen=True)
+class Onsets:
+    """When the moves of a log began, in the recording; a value a row of the log.
+
+    Attributes:
+        marker_s: By the markers, s from the first sample; NaN where there is none.
+        trigger_s: By the edges of the trigger channel; NaN where there is none near the marker.
+        onset_s: The trigger's, else the marker's and the amplifier's delay.
+    """
+
+    marker_s: np.ndarray
+    trigger_s: np.ndarray
+    onset_s: np.ndarray
+
+
+def read(files: dict[str, Path], options: Source) -> Recording:
+    """Return the recording in a session's files, as :func:`hrcneuro.sources.layout.session_files` gives them.
+
+    Raises:
+        DataError, ConfigError: A part cannot be read, or parts cannot be joined.
+    """
+    xdf = {name: getattr(options, name) for name in ("stream", "stream_rate", "rate_tolerance")}
+    parts = [path for label, path in files.items() if label.startswith("part ")]
+    recording = joining.read_joined(in_order(parts), **xdf)
+    recording.origins = with_log(recording.origins, files)
+    return recording
+
+
+def read_moves(files: dict[str, Path]) -> pd.DataFrame:
+    """Return the annotated moves of a session's log.
+
+    Raises:
+        DataError: The log is truncated or contradicts its metadata.
+    """
+    return read_log_files(files["log"], files["metadata"])
+
+
+def match(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> Onsets:
+    """Return when each move of the log began; notes and warnings go to the recording, whose channels are shaped.
+
+    Raises:
+        DataError, ConfigError: Markers and log cannot be used together; the message says where they differ.
+    """
+    markers = _markers(recording, log, subject, options)
+    edges = _edges(recording, options)
+    onsets = snapped(markers, edges, window_s=options.snap_s, delay_s=options.amp_delay_ms / 1000)
+    _tell(recording, onsets, options)
+    return onsets
+
+
+def place(log: pd.DataFrame, onsets: Onsets) -> pd.DataFrame:
+    """Return the log with the onsets of its moves, annotated anew for the time from onset to onset."""
+    from hrcneuro.paradigm.conditions import annotate
+
+    return annotate(log.assign(onset_s=onsets.onset_s))
+
+
+def in_order(parts: list[Path]) -> list[Path]:
+    """Return the parts of a session by the time of day at which they were begun: LSL's clock may have begun anew."""
+    return sorted(parts, key=lambda path: (_begun(path), str(path)))
+
+
+def _begun(path: Path) -> str:
+    with unpacked(path) as file:
+        head = file.read(1024)
+    found = re.search(rb"<datetime>([^<]*)</datetime>", head)
+    return found[1].decode(errors="replace") if found else ""
+
+
+def _markers(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> np.ndarray:
+    """Return the time of each row's marker: by the move that it names, else by counting as for any log."""
+    if options.onset_event:
+        found = matching.match_onsets(_alone(recording), log, event=options.onset_event, subject=subject)
+        recording.notes += found.notes
+        return found.onsets_s
+    named = by_name(recording.markers, log, subject)
+    if named is None:
+        found = matching.match_onsets(_alone(recording), log, subject=subject)
+        recording.notes += found.notes
+        return found.onsets_s
+    onsets, twice, strange = named
+    known = int(np.isfinite(onsets).sum())
+    recording.notes.append(f"movement onsets: markers that name their move, {known} for {len(log)} rows of the log")
+    if twice:
+        recording.notes.append(f"{twice} moves have more than one marker: the last one counts")
+    if strange:
+        recording.warnings.append(f"{strange} markers name moves that are not in the log of {subject}")
+    if known < len(log):
+        recording.warnings.append(f"{len(log) - known} moves of the log have no marker and are left out")
+    return onsets
+
+
+def _alone(recording: Recording) -> pd.DataFrame:
+    return separate(recording.markers, recording, least_gap_s=0.0, twins="keep")
+
+
+def by_name(markers: pd.DataFrame, log: pd.DataFrame, subject: str) -> tuple[np.ndarray, int, int] | None:
+    """Return (time of each row's marker, rows with several, markers of no row); None where no marker names a move.
+
+    Raises:
+        DataError: The markers name another subject, or no row of the log.
+    """
+    moves = [
+        (at, move) for at, text in zip(markers["onset_s"], markers["event"], strict=True) if (move := move_in(text))
+    ]
+    if not moves:
+        return None
+    whose = sorted({str(move["subject"]) for _, move in moves} - {subject})
+    if whose:
+        raise DataError(
+            f"the markers are of {', '.join(whose)}, and the log is of {subject}",
+            cure="point acquire.path to the recordings of this subject",
+        )
+    rows = {tuple(row): number for number, row in enumerate(log[list(_KEYS)].itertuples(index=False))}
+    onsets = np.full(len(log), np.nan)
+    twice = strange = 0
+    for at, move in moves:
+        row = rows.get(tuple(move[name] for name in _KEYS))
+        if row is None:
+            strange += 1
+            continue
+        twice += bool(np.isfinite(onsets[row]))
+        onsets[row] = at
+    if strange == len(moves):
+        raise DataError(
+            f"none of the {len(moves)} markers of moves names a row of the log of {subject}",
+            cure="check that log and recording are of the same session",
+        )
+    return onsets, twice, strange
+
+
+def _edges(recording: Recording, options: Source) -> np.ndarray:
+    """Return when the trigger channel shows something, s; none where there is no such channel, or it is not wanted."""
+    if options.markers == "annotations" or not recording.picks("stim"):
+        return np.zeros(0)
+    found = triggers.of_channel(recording, options.markers, mask=options.trigger_mask)
+    recording.notes += found.notes
+    return found.samples / recording.sfreq
+
+
+def snapped(marker_s: np.ndarray, edges_s: np.ndarray, *, window_s: float, delay_s: float = 0.0) -> Onsets:
+    """Return each onset at the trigger's edge nearest to its marker, within a window; else at the marker.
+
+    Args:
+        marker_s: ndarray, shape (n_rows,), s from the first sample; NaN where there is none.
+        edges_s: ndarray, shape (n_edges,), s, ascending.
+        window_s: How far an edge may be from its marker.
+        delay_s: How much later than it happened the amplifier's stamps show something.
+    """
+    at = nearest(marker_s, edges_s, window=window_s, expected=delay_s)
+    trigger = np.where(at >= 0, edges_s[at], np.nan) if len(edges_s) else np.full(len(marker_s), np.nan)
+    expected = marker_s + delay_s
+    return Onsets(marker_s, trigger, np.where(np.isfinite(trigger), trigger, expected))
+
+
+def _tell(recording: Recording, onsets: Onsets, options: Source) -> None:
+    both = np.isfinite(onsets.trigger_s)
+    known = int(np.isfinite(onsets.marker_s).sum())
+    if not len(recording.picks("stim")):
+        recording.notes.append(f"no trigger channel: onsets are the markers' and {options.amp_delay_ms:g} ms")
+        return
+    if not both.any():
+        recording.warnings.append(f"no edge of the trigger channel lies within {options.snap_s:g} s of a marker")
+        return
+    difference = 1000 * (onsets.trigger_s - onsets.marker_s)[both]
+    recording.notes.append(
+        f"onsets are the trigger channel's edges: {int(both.sum())} of {known}, "
+        f"{np.median(difference):.1f} ms after their markers (SD {difference.std():.1f} ms)"
+    )
+
+
+def table(log: pd.DataFrame, onsets: Onsets, subject: str) -> pd.DataFrame:
+    """Return a row a move of the log: which it is, and when it began by its marker and by its trigger."""
+    times = {"marker_s": onsets.marker_s, "trigger_s": onsets.trigger_s, "onset_s": onsets.onset_s}
+    difference_ms = 1000 * (onsets.trigger_s - onsets.marker_s)
+    return log[list(_KEYS)].assign(subject=subject, **times, difference_ms=difference_ms)

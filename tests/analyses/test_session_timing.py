@@ -1,0 +1,94 @@
+"""The timing of a recorded session: what was planted is found, within the intervals that are given."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from recorded_lab import SFREQ, Lab, marker_of
+
+from hrcneuro.analyses import session_timing as analysis
+from hrcneuro.paradigm.params import SessionParams
+from hrcneuro.paradigm.session import simulate_session
+from hrcneuro.sources.chain import read_chain
+from hrcneuro.stages import acquire
+
+pytest.importorskip("pyxdf", reason="pyxdf is not installed: pip install 'hrcneuro[xdf]'")
+STEP_MS = 1e3 / SFREQ
+
+
+@pytest.fixture(scope="module")
+def trials():
+    """Some 110 moves at any time between two samples."""
+    params = SessionParams(practice_episodes=1, blocks=2, episodes_per_block=3)
+    table = simulate_session(params, rng=np.random.default_rng(5))
+    return table.assign(onset_s=table["onset_s"] + 3)
+
+
+def measured(tmp_path, trials, *what, driven=None, **options):
+    lab = Lab(tmp_path / "one", trials, what=what, **options).go_on().end()
+    chain = read_chain([lab.folder / "part1.xdf"], acquire.Config(), window_s=0.3, delay_s=0.0)
+    return analysis.session_timing(chain.moves, chain.sfreq, driven(lab) if driven else None), lab
+
+
+def of(timing, name):
+    return next(one for one in timing.links if one.name == name)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.037, 0.1])
+def test_a_planted_delay_is_found_within_its_interval(tmp_path, trials, delay):
+    timing, _ = measured(tmp_path, trials, f"delay={delay}")
+    found = of(timing, "marker_edge_ms").latency
+    # An edge is seen at the nearest sample: half a sample here and there, and none on average.
+    assert found.delay.low - 0.5 <= 1e3 * delay <= found.delay.high + 0.5
+    assert found.worst <= STEP_MS
+    assert found.n == len(timing.moves) - timing.without_edge
+
+
+def test_planted_jitter_and_drift_are_found_too(tmp_path, trials):
+    timing, _ = measured(tmp_path, trials, "delay=0.037", "jitter=0.005", "drift=50")
+    found = of(timing, "marker_edge_ms").latency
+    assert found.delay.low <= 37 <= found.delay.high
+    assert found.sd == pytest.approx(5, rel=0.2)
+    assert timing.drift.low <= 50 <= timing.drift.high
+    assert f"{timing.drift.value:.2f}" in analysis.verdict(timing)
+
+
+def test_a_clock_of_its_own_changes_nothing_that_is_corrected(tmp_path, trials):
+    timing, _ = measured(tmp_path, trials, "delay=0.037", offset=1234.5, drift_ppm=40.0)
+    assert of(timing, "marker_edge_ms").latency.delay.value == pytest.approx(37, abs=STEP_MS)
+
+
+def robot_of(lab):
+    """Return the robot's own record of the session."""
+    numbers = lab.trials[["practice", "block", "episode", "trial"]].reset_index(drop=True)
+    rng = np.random.default_rng(2)
+    t_f = rng.uniform(0.6, 1.2, len(numbers))
+    return numbers.assign(
+        lsl_s=lab.amplifier.start + lab.trials["onset_s"].to_numpy(),
+        t_f_s=t_f,
+        trigger_latency_ms=28 + 5 * t_f,
+        marker_latency_ms=0.2,
+    )
+
+
+def test_the_robots_record_adds_its_links_and_the_duration_of_each_move(tmp_path, trials):
+    timing, _ = measured(tmp_path, trials, driven=robot_of)
+    assert [one.name for one in timing.links] == ["command_motion_ms", "motion_sent_ms", "marker_edge_ms"]
+    grows = of(timing, "command_motion_ms").by_duration
+    assert grows.value == pytest.approx(5)
+    assert of(timing, "marker_edge_ms").by_duration.low <= 0 <= of(timing, "marker_edge_ms").by_duration.high
+    assert "did not depend on the duration" in analysis.verdict(timing)
+
+
+def test_another_sessions_record_is_not_taken_for_this_one(tmp_path, trials):
+    timing, _ = measured(tmp_path, trials, driven=lambda lab: robot_of(lab).assign(lsl_s=5.0))
+    assert [one.name for one in timing.links] == ["marker_edge_ms"]
+
+
+def test_markers_without_edges_are_said(tmp_path, trials):
+    timing, lab = measured(tmp_path, trials)
+    chain = pd.DataFrame({"marker": [marker_of(lab.trials.iloc[0])], "part": 1, "marker_s": 1.0})
+    chain = chain.assign(edge_s=np.nan, edge_sample=np.nan)
+    alone = analysis.session_timing(chain, SFREQ)
+    assert (alone.links, alone.without_edge) == ([], 1)
+    assert "No trigger edges" in analysis.verdict(alone)
+    assert timing.without_edge <= 2

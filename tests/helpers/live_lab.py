@@ -1,0 +1,97 @@
+"""A study in a folder of its own, with the product's live commands as processes, and LSL that hears nobody else."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+COMMAND = [sys.executable, "-m", "hrcneuro"]
+STUDY = """
+[study]
+name = "live"
+subjects = ["s01"]
+exclude = []
+[acquire]
+sfreq = 1000.0
+[acquire.session]
+practice_episodes = 1
+blocks = 2
+episodes_per_block = 6
+[record]
+look_s = 1.0
+"""
+LSL = """[lab]
+KnownPeers = {{127.0.0.1}}
+SessionID = {session}
+[multicast]
+ResolveScope = machine
+[ports]
+IPv6 = disable
+[log]
+level = -3
+"""
+
+
+class Lab:
+    """A study in a folder of its own, with LSL that hears nobody else."""
+
+    def __init__(self, folder: Path, *, brief: bool = True) -> None:
+        self.folder, self.brief = folder, brief
+        (folder / "hrcneuro.toml").write_text(STUDY)
+        (folder / "lsl_api.cfg").write_text(LSL.format(session=f"live-{os.getpid()}-{folder.name}"))
+        path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+        self.environment = {**os.environ, "LSLAPICFG": str(folder / "lsl_api.cfg"), "PYTHONPATH": path}
+
+    def start(self, *words: str) -> subprocess.Popen[str]:
+        """Start a command of the product."""
+        return subprocess.Popen(
+            [*COMMAND, *words], cwd=self.folder, env=self.environment, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True, start_new_session=True,
+        )  # fmt: skip
+
+    @contextlib.contextmanager
+    def amplifier(self, *words: str) -> Iterator[subprocess.Popen[str]]:
+        """Run an amplifier that is there when this begins."""
+        amp = self.start("amp", "s01", "--json", *words)
+        assert amp.stdout is not None
+        while '"stream"' not in (line := amp.stdout.readline()):
+            assert line, amp.communicate()
+        try:
+            yield amp
+        finally:
+            amp.kill()
+            amp.communicate()
+
+    def record(self, *words: str, timeout: float = 4000) -> tuple[int, dict[str, Any], str]:
+        """Record, and return exit code, the JSON answer and what was said."""
+        done = self.start("record", "s01", "--json", *words)
+        out, err = done.communicate(timeout=timeout)
+        return done.returncode, json.loads(out or "{}"), err
+
+    @property
+    def recording(self) -> Path:
+        """The newest recording."""
+        return max((self.folder / "recordings" / "s01").iterdir())
+
+    def streams(self, part: int = 1) -> dict[str, Any]:
+        """Return the streams of a part, as pyxdf reads them, by name."""
+        import pyxdf
+
+        path = self.recording / f"part{part}.xdf"
+        streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False, verbose=False)
+        return {one["info"]["name"][0]: one for one in streams}
+
+    def parts(self) -> list[Path]:
+        """Return the files of all recordings."""
+        return sorted(self.folder.glob("recordings/s01/*/part*.xdf"))
+
+    def samples_on_disk(self) -> int:
+        """Return the bytes of the newest file."""
+        return max((path.stat().st_size for path in self.parts()[-1:]), default=0)

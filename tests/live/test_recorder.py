@@ -1,0 +1,234 @@
+"""A recording from preflight to footer, at virtual pace: what is lost, comes back, is cut, and what the file holds."""
+
+import errno
+import json
+import os
+from concurrent.futures import Future
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtual_streams import Amplifier, Sender, VirtualNetwork
+
+from hrcneuro.live import journal, part, selfcheck, session
+from hrcneuro.live.parameters import Declared, RecordOptions
+from hrcneuro.live.recorder import OWN
+
+pyxdf = pytest.importorskip("pyxdf", reason="pyxdf is not installed: pip install 'hrcneuro[xdf]'")
+OPTIONS = RecordOptions(
+    streams={"eeg": Declared(type="EEG", sfreq=100.0), "markers": Declared(name="moves", type="Markers")},
+    wait_s=1.0,
+    look_s=1.0,
+)
+
+
+class AtOnce:
+    """An executor that does what it is asked to before it returns."""
+
+    def submit(self, function, *arguments):
+        future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class House:
+    """A network with an amplifier and markers, and a recording of them."""
+
+    def __init__(self, folder, **sender):
+        self.folder = folder
+        self.eeg, self.markers = Sender(**sender), Sender("moves", "Markers", source_id="robot")
+        self.network = VirtualNetwork(self.eeg, self.markers)
+        self.amplifier = Amplifier(self.network, self.eeg)
+        self.told = []
+
+    def begin(self, options=OPTIONS):
+        opened = session.prepare(self.network, self.network.clock, self.network.wait, options)
+        session.refuse(opened.problems)
+        self.notes = journal.Journal(self.folder, {"subject": "s01"})
+        number = 1 + len(list(self.folder.glob("part*.xdf")))
+        path = session.part_path(self.folder, number)
+        self.part = part.Part(path, started="2026-01-01T00:00:00+00:00")
+        self.notes.begin({"file": path.name})
+        self.session = session.Session(
+            self.network, self.network.clock, opened, options, self.part, self.notes,
+            tell=lambda stream, event: self.told.append((stream.key, event.kind)), helper=AtOnce(),
+        )  # fmt: skip
+        return self
+
+    def go_on(self, seconds):
+        end = self.network.now + seconds - 1e-9
+        while self.network.now < end:
+            self.network.wait(0.05)
+            self.session.step()
+
+    def read(self, number=1):
+        path = session.part_path(self.folder, number)
+        streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
+        return {one["info"]["name"][0]: one for one in streams}
+
+
+@pytest.fixture
+def house(tmp_path):
+    return House(tmp_path)
+
+
+def test_all_that_is_sent_is_in_the_file_with_its_stamps(house):
+    house.begin()
+    sent = house.amplifier.sent
+    house.go_on(3)
+    house.markers.push([house.network.now], [["move/trial=1"]])
+    house.go_on(7)
+    house.session.close()
+    file = house.read()
+    eeg = file["amp"]
+    np.testing.assert_array_equal(eeg["time_series"][:, 0], np.arange(sent, house.amplifier.sent))
+    np.testing.assert_array_equal(eeg["time_stamps"], 1000.0 + np.arange(sent, house.amplifier.sent) / 100)
+    assert file["moves"]["time_series"] == [["move/trial=1"]]
+    assert eeg["footer"]["info"]["sample_count"] == [str(len(eeg["time_stamps"]))]
+    assert len(file[OWN]["time_stamps"]) == 0
+    assert house.told == []
+    assert "hostname" not in eeg["info"]
+    about = journal.read(house.folder)["parts"][0]
+    assert about["state"] == journal.ENDED
+    assert about["streams"]["eeg"]["samples"] == len(eeg["time_stamps"])
+    assert all(one.whole for one in selfcheck.check(house.folder))
+
+
+def test_the_names_of_machines_stay_where_that_is_configured(house):
+    house.begin(replace(OPTIONS, host_name=True))
+    house.session.close()
+    assert house.read()["amp"]["info"]["hostname"] == ["lab"]
+
+
+def test_lost_samples_are_told_marked_and_counted(house):
+    house.begin()
+    house.go_on(2)
+    first = house.amplifier.sent + 30
+    house.amplifier.skip = set(range(first, first + 7))
+    house.go_on(3)
+    house.session.close()
+    assert house.told == [("eeg", "gap")]
+    mark = house.read()[OWN]
+    assert mark["time_series"][0][0].startswith("gap/stream=eeg/samples=7/")
+    # Stamped with the last sample before it.
+    assert mark["time_stamps"][0] == pytest.approx(1000.0 + (first - 1) / 100)
+    checked = {one.stream: one for one in selfcheck.check(house.folder)}
+    assert (checked["eeg"].missing, checked["eeg"].gaps, checked["eeg"].whole) == (7, 1, False)
+    assert checked["markers"].whole
+
+
+@pytest.mark.parametrize("source_id", ["one", "another", ""])
+def test_an_amplifier_that_dies_and_comes_back_is_taken_up_and_the_gap_is_exact(house, source_id):
+    house.begin()
+    house.go_on(2)
+    house.eeg.end()
+    house.network.on_wait.remove(house.amplifier)
+    ended = house.amplifier.sent
+    house.go_on(2)
+    assert ("eeg", "lost") in house.told
+    again = Sender(source_id=source_id)
+    house.network.senders.append(again)
+    amplifier = Amplifier(house.network, again)
+    house.go_on(2)
+    house.session.close()
+    stamps = house.read()["amp"]["time_stamps"]
+    last = 1000.0 + (ended - 1) / 100
+    assert last in stamps
+    # What it sent before anybody listened again is in nobody's file.
+    first = stamps[np.searchsorted(stamps, last, side="right")]
+    assert 0 <= first - amplifier.began < 0.1
+    gap = round((first - last) * 100) - 1
+    checked = {one.stream: one for one in selfcheck.check(house.folder)}
+    assert checked["eeg"].missing == gap
+    assert f"gap/stream=eeg/samples={gap}/" in "".join(row[0] for row in house.read()[OWN]["time_series"])
+
+
+def test_a_silent_stream_is_told_and_so_is_its_return(house):
+    house.begin()
+    house.go_on(1)
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(1)
+    assert house.told == [("eeg", "stall")]
+    # What had waited in the amplifier comes, and nothing is missing.
+    house.network.on_wait.append(house.amplifier)
+    house.go_on(1)
+    house.session.close()
+    assert house.told == [("eeg", "stall"), ("eeg", "back")]
+    assert all(one.whole for one in selfcheck.check(house.folder))
+
+
+def test_what_a_killed_recorder_left_opens_and_a_resumed_one_goes_on_in_a_new_part(house):
+    house.begin()
+    house.go_on(3)
+    path = house.part.path
+    with path.open("r+b") as file:
+        file.truncate(path.stat().st_size - 3)
+    before = path.read_bytes()
+    stamps = house.read()["amp"]["time_stamps"]
+    assert stamps[-1] > house.network.now - 1
+    assert journal.read(house.folder)["parts"][0]["state"] == journal.RUNNING
+    house.begin()
+    house.go_on(2)
+    house.session.close()
+    assert path.read_bytes() == before
+    assert [one["file"] for one in journal.read(house.folder)["parts"]] == ["part1.xdf", "part2.xdf"]
+    assert {(one.part, one.stream) for one in selfcheck.check(house.folder)} >= {(1, "eeg"), (2, "eeg")}
+
+
+def test_a_full_disk_ends_it_and_the_file_ends_with_a_whole_chunk(house, monkeypatch):
+    house.begin()
+    house.go_on(2)
+    write = os.write
+
+    def half(file, data):
+        if file == house.part._file:
+            write(file, data[: len(data) // 2])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", half)
+        with pytest.raises(OSError, match="No space left"):
+            house.go_on(2)
+    assert house.part.path.stat().st_size == house.part.size
+    assert len(house.read()["amp"]["time_stamps"]) > 150
+    # Once there is room again, what was taken by then goes in whole.
+    house.session.close()
+    assert all(one.whole for one in selfcheck.check(house.folder))
+
+
+def test_session_json_tells_what_stood_out_as_soon_as_it_does(house):
+    house.begin()
+    house.go_on(1)
+    house.amplifier.skip = {house.amplifier.sent + 5}
+    house.go_on(0.2)
+    events = json.loads((house.folder / journal.FILE).read_text())["parts"][0]["events"]
+    assert [(one["stream"], one["kind"]) for one in events] == [("eeg", "gap")]
+
+
+def test_other_streams_are_recorded_too_but_never_the_truth(house):
+    house.network.senders += [Sender("gaze", "Gaze", sfreq=50.0), Sender("hrcneuro-truth", "Markers")]
+    house.begin()
+    assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers", "gaze"]
+    house.session.close()
+    assert set(house.read()) == {"amp", "moves", "gaze", OWN}
+
+
+def test_only_declared_streams_where_that_is_configured(house):
+    house.network.senders.append(Sender("gaze", "Gaze", sfreq=50.0))
+    house.begin(replace(OPTIONS, others=False))
+    assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers"]
+
+
+def test_drift_of_the_senders_clock_is_read_back(house):
+    house.begin()
+    for _ in range(30):
+        house.eeg.offset -= 5 * 50e-6
+        house.go_on(5)
+    house.session.close()
+    checked = {one.stream: one for one in selfcheck.check(house.folder)}
+    assert checked["eeg"].drift_ppm == pytest.approx(50, abs=1)
+    assert checked["markers"].drift_ppm == pytest.approx(0, abs=1)

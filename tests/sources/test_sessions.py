@@ -1,0 +1,164 @@
+"""A recorded session and its log: what an amplifier sent comes back, on its samples, whatever its clock does."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from foreign import save_log_files
+from recorded_lab import SFREQ, Lab, marker_of
+
+from hrcneuro.contract import Inputs
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.io.fif import read_raw
+from hrcneuro.io.tables import read_table
+from hrcneuro.sources import sessions
+from hrcneuro.stages import acquire
+
+pytest.importorskip("pyxdf", reason="pyxdf is not installed: pip install 'hrcneuro[xdf]'")
+
+
+@pytest.fixture(scope="module")
+def trials(moves):
+    """A few moves, whose onsets lie on samples."""
+    table = moves(5)
+    return table.assign(onset_s=np.round((table["onset_s"] + 3) * SFREQ) / SFREQ)
+
+
+@pytest.fixture
+def lab(tmp_path, trials):
+    def make(**options):
+        folder = tmp_path / "recordings" / "s01" / "one"
+        made = Lab(folder, trials, **options)
+        save_log_files(folder, "s01", trials)
+        return made
+
+    return make
+
+
+def acquired(lab, tmp_path, **options):
+    config = acquire.Config(source="recording", path=str(lab.folder), drop=(), **options)
+    out = tmp_path / "out"
+    out.mkdir()
+    summary = acquire.run(config, Inputs("s01", {}), out)
+    raw = read_raw(out / "s01_raw.fif", preload=True)
+    return raw, read_table(out / "trials.parquet"), read_table(out / "onsets.parquet"), summary
+
+
+def sent_as(raw):
+    """Return the samples of the recording, as numbers of the sent ones."""
+    return np.rint(raw.get_data("Fz")[0] * 1e6).astype(int)
+
+
+@pytest.mark.parametrize(
+    ("offset", "drift_ppm", "what"),
+    [(0.0, 0.0, ()), (0.02, 50.0, ()), (-3600.0, -50.0, ()), (0.0, 0.0, ("drift=50",)), (0.0, 0.0, ("delay=0.037",))],
+)
+def test_what_was_sent_comes_back_and_each_move_lies_on_its_sample(lab, tmp_path, trials, offset, drift_ppm, what):
+    """Also where the amplifier's clock is another's, drifts, or stamps late: the trigger's edge tells."""
+    one = lab(offset=offset, drift_ppm=drift_ppm, what=what).go_on().end()
+    raw, table, onsets, summary = acquired(one, tmp_path)
+    first = sent_as(raw)[0]
+    np.testing.assert_array_equal(sent_as(raw), (first + np.arange(raw.n_times)) % 1000)
+    begun = table["onset_sample"].notna()
+    assert begun.sum() > 0.8 * len(trials)
+    rate = one.amplifier._rate
+    wanted = np.round(trials["onset_s"].to_numpy()[begun] * rate) - first
+    assert np.abs(table["onset_sample"].to_numpy(float)[begun] - wanted).max() <= 1
+    difference = onsets["difference_ms"].dropna()
+    assert difference.median() == pytest.approx(37 if "delay=0.037" in what else 0, abs=4)
+    assert "onsets are the trigger channel's edges" in " ".join(summary["notes"])
+
+
+def test_without_a_trigger_the_markers_count_by_the_clocks_and_the_delay_that_is_configured(lab, tmp_path, trials):
+    one = lab(offset=5.0, drift_ppm=30.0, what=("delay=0.037",)).go_on().end()
+    raw, table, onsets, _ = acquired(one, tmp_path, markers="annotations", amp_delay_ms=37.0)
+    begun = table["onset_sample"].notna()
+    wanted = np.round(trials["onset_s"].to_numpy()[begun] * SFREQ) - sent_as(raw)[0]
+    assert np.abs(table["onset_sample"].to_numpy(float)[begun] - wanted).max() <= 1
+    assert onsets["trigger_s"].isna().all()
+
+
+@pytest.mark.parametrize("lost_s", [0.12, 0.6])
+def test_a_gap_becomes_a_boundary_and_what_follows_lies_where_it_did(lab, tmp_path, trials, lost_s):
+    one = lab(what=(f"drop={lost_s}@8",)).go_on().end()
+    raw, table, _, summary = acquired(one, tmp_path)
+    numbers = sent_as(raw)
+    (jump,) = np.flatnonzero(np.diff(numbers) % 1000 != 1)
+    assert summary["breaks"] == 1
+    (boundary,) = {a["onset"] for a in raw.annotations if a["description"] != "move"}
+    assert boundary * SFREQ == pytest.approx(jump + 1, abs=1)
+    lost = int((numbers[jump + 1] - numbers[jump] - 1) % 1000)
+    begun = table["onset_sample"].notna().to_numpy()
+    sample = table["onset_sample"].to_numpy(float)
+    wanted = np.round(trials["onset_s"].to_numpy() * SFREQ) - numbers[0]
+    after = begun & (wanted > jump + lost + 1)
+    np.testing.assert_allclose(sample[after], wanted[after] - lost, atol=1)
+
+
+def test_parts_are_joined_by_the_time_of_day_also_where_the_clock_began_anew(lab, tmp_path, trials):
+    one = lab().go_on(12.0)
+    one.end()
+    sent = one.amplifier.sent
+    one.begin(2)
+    one.go_on().end()
+    # By their names the other way round.
+    first, second = one.folder / "part1.xdf", one.folder / "part2.xdf"
+    first.rename(one.folder / "z.xdf")
+    second.rename(one.folder / "a.xdf")
+    raw, table, _, summary = acquired(one, tmp_path)
+    assert summary["breaks"] == 1
+    numbers = sent_as(raw)
+    (jump,) = np.flatnonzero(np.diff(numbers) % 1000 != 1)
+    assert (numbers[0] + jump) % 1000 == pytest.approx(sent % 1000, abs=60)
+    assert table["onset_sample"].notna().sum() > 0.8 * len(trials)
+
+
+def test_the_mark_of_a_simulation_stays(lab, tmp_path):
+    one = lab().go_on().end()
+    assert acquired(one, tmp_path)[3]["origin"]["eeg"] == "of unknown origin"
+
+
+def test_markers_of_another_subject_are_refused(lab, tmp_path):
+    one = lab().go_on(15.0).end()
+    log, metadata = (one.folder / f"{name}01.csv" for name in ("subject", "metadata"))
+    config = acquire.Config(source="recording", path=str(one.folder))
+    log.rename(one.folder / "subject02.csv")
+    metadata.rename(one.folder / "metadata02.csv")
+    with pytest.raises(DataError, match="the markers are of s01, and the log is of s02"):
+        acquire.run(config, Inputs("s02", {}), tmp_path)
+
+
+@pytest.mark.parametrize("absent", ["log", "part", "folder"])
+def test_what_is_missing_is_named(lab, tmp_path, absent):
+    one = lab().go_on(5.0).end()
+    path = one.folder
+    if absent == "log":
+        (path / "subject01.csv").unlink()
+    elif absent == "part":
+        (path / "part1.xdf").unlink()
+    else:
+        path = tmp_path / "nowhere"
+    said = {"log": r"subjectNN\.csv", "part": "no recording", "folder": "does not exist"}
+    with pytest.raises(DataError, match=said[absent]):
+        acquire.sources(acquire.Config(source="recording", path=str(path)), "s01")
+
+
+def test_edges_far_from_markers_time_nothing():
+    marker = np.array([1.0, 2.0, np.nan, 4.0])
+    onsets = sessions.snapped(marker, np.array([1.05, 2.3, 4.0]), window_s=0.1, delay_s=0.02)
+    np.testing.assert_allclose(onsets.trigger_s, [1.05, np.nan, np.nan, 4.0])
+    np.testing.assert_allclose(onsets.onset_s, [1.05, 2.02, np.nan, 4.0])
+
+
+def test_no_path_is_a_mistake_of_the_configuration():
+    with pytest.raises(ConfigError, match=r"acquire\.path is empty"):
+        acquire.sources(acquire.Config(source="recording"), "s01")
+
+
+def test_a_log_of_another_session_is_told(trials):
+    log = trials.assign(block=trials["block"] + 20)
+    table = pd.DataFrame({"onset_s": trials["onset_s"], "event": [marker_of(row) for _, row in trials.iterrows()]})
+    with pytest.raises(DataError, match="names a row of the log"):
+        sessions.by_name(table, log, "s01")
+    assert json.dumps(sessions.by_name(table, trials, "s01")[1:]) == "[0, 0]"
