@@ -108,6 +108,7 @@ def foreign(lab: Lab) -> Iterator[Row]:
         code, answer, said = lab.record("--seconds", "4", "--set", 'record.streams={eeg={name="foreign"}}')
     finally:
         sender.kill()
+        sender.wait()
     yield "pylsl's outlet recorded whole", code == 0, said[-200:]
     values = lab.streams()["foreign"]["time_series"][:, 0]
     yield "and in order", bool(np.array_equal(np.diff(values), np.ones(len(values) - 1))), str(answer)[:80]

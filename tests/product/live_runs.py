@@ -39,6 +39,7 @@ def load(lab: Lab) -> Iterator[Row]:
             out, _ = recorder.communicate(timeout=600)
     finally:
         markers.kill()
+        markers.wait()
     checked = {one["stream"]: one for one in json.loads(out)["check"]}
     eeg, marks = checked["eeg"], checked["markers"]
     yield f"{eeg['samples']:,} samples, {eeg['missing']} missing", eeg["missing"] == 0 and eeg["whole"], ""
