@@ -49,19 +49,23 @@ class SessionTiming:
         drift: How much faster the amplifier's clock runs than the one that stamps the markers, parts in a million.
         moves: A row a marker; the columns of :data:`LINKS`, ``t_f_s``, ``marker_s``.
         without_edge: Markers beside which the trigger channel shows nothing.
+        amp_delay: How much later the amplifier's stamps show something than it happened, ms: marker to edge less half
+            the sampling interval, since an edge is first seen in the sample behind it. Where markers keep step with
+            the samples, they may all lie anywhere within an interval: so much wider are the limits.
     """
 
     links: list[Link]
     drift: Estimate
     moves: pd.DataFrame
     without_edge: int
+    amp_delay: Estimate
 
     @property
     def summary(self) -> dict[str, Any]:
         """All of it as JSON values but for the moves."""
         rows = {one.name: {**asdict(one.latency), "by_duration": asdict(one.by_duration)} for one in self.links}
         counts = {"markers": len(self.moves), "without_edge": self.without_edge}
-        return {"links": rows, "drift_ppm": asdict(self.drift), **counts}
+        return {"links": rows, "drift_ppm": asdict(self.drift), "amp_delay_ms": asdict(self.amp_delay), **counts}
 
 
 def session_timing(chain: pd.DataFrame, sfreq: float, driven: pd.DataFrame | None = None) -> SessionTiming:
@@ -88,7 +92,15 @@ def session_timing(chain: pd.DataFrame, sfreq: float, driven: pd.DataFrame | Non
     longest = moves.groupby("part")["edge_sample"].count().idxmax()
     one = moves[(moves["part"] == longest) & moves["edge_sample"].notna()]
     drift = drift_ppm(one["edge_sample"].to_numpy(float), one["marker_s"].to_numpy(float), sfreq)
-    return SessionTiming(links, drift, moves, int(moves["edge_s"].isna().sum()))
+    return SessionTiming(links, drift, moves, int(moves["edge_s"].isna().sum()), _amp_delay(links, sfreq))
+
+
+def _amp_delay(links: list[Link], sfreq: float) -> Estimate:
+    found = next((one.latency.delay for one in links if one.name == EDGE), None)
+    if found is None:
+        return Estimate(np.nan, np.nan, np.nan)
+    step = 1e3 / sfreq
+    return Estimate(found.value - step / 2, found.low - step, found.high)
 
 
 def _with_robot(moves: pd.DataFrame, driven: pd.DataFrame | None) -> pd.DataFrame:
@@ -117,7 +129,9 @@ def verdict(timing: SessionTiming) -> str:
     text = (
         f"Trigger edges in the EEG followed the markers of motion onset by {number(delay.value, 2)} ms (median of "
         f"{of.n:,}; 95 % CI {number(delay.low, 2)} to {number(delay.high, 2)} ms), with a jitter of SD "
-        f"{number(of.sd, 2)} ms (99 % within {number(of.p99, 2)} ms of the median, worst {number(of.worst, 2)} ms)"
+        f"{number(of.sd, 2)} ms (99 % within {number(of.p99, 2)} ms of the median, worst {number(of.worst, 2)} ms): an "
+        f"amplifier delay of {number(timing.amp_delay.value, 2)} ms ({number(timing.amp_delay.low, 2)} to "
+        f"{number(timing.amp_delay.high, 2)} ms, sampling included)"
     )
     if timing.drift.value == timing.drift.value:
         text += f"; the amplifier's clock ran {number(timing.drift.value, 2)} ± {number(timing.drift.half, 2)} ppm fast"

@@ -7,6 +7,7 @@ at once and a marker stream brings milliseconds late, is still in time for its s
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -117,6 +118,10 @@ class Amplifier:
         """Return which sample is taken at a time of the clock, and its fraction."""
         return (when - self.start) * self._rate
 
+    def seen_at(self, when: float) -> int:
+        """Return the first sample that shows what happens at a time; a thousandth keeps rounding from costing one."""
+        return math.ceil(self.sample_at(when) - 1e-3)
+
     def time_of(self, sample: int) -> float:
         """Return when a sample is taken, seconds of the clock."""
         return self.start + sample / self._rate
@@ -124,9 +129,10 @@ class Amplifier:
     def trigger(self, when: float, code: float = MOVE_CODE) -> int:
         """Let the trigger channel show a code from a time on; return the sample of its edge.
 
-        A time whose sample has left already is answered with the next one that leaves.
+        A line that rises between two samples is seen in the later one. A time whose sample has left already is answered
+        with the next one that leaves.
         """
-        edge = max(round(self.sample_at(when)), self.sent)
+        edge = max(self.seen_at(when), self.sent)
         self._pulses.append((edge, code))
         return edge
 

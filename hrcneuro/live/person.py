@@ -47,7 +47,7 @@ class Person:
         """Take a marker, with its stamp, seconds of the amplifier's clock."""
         if not text.startswith(_MOVE):
             return
-        wanted = round(self._amplifier.sample_at(stamp))
+        wanted = self._amplifier.seen_at(stamp)
         self.late += self._amplifier.trigger(stamp) != wanted
         if self._brain is None:
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ Wait = Callable[[float], None]
 STEP_S = 0.05
 _LOOK_AGAIN_S = 0.5
 _NOTE_EVERY_S = 10.0
+_MOST_EVENTS = 1000  # in session.json; the file of the recording has all of them
+_FEW, _QUIET_S = 10, 10.0  # so many of a stream are said within so many seconds; all of them are counted
 
 
 @dataclass
@@ -156,6 +159,7 @@ class Session:
         self._say, self._helper = tell, helper
         self._opening: dict[str, Future[Inlet]] = {}
         self._noted = clock()
+        self._recent: dict[str, deque[float]] = {}
         self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
         for key, inlet in opened.inlets.items():
             stream = self.recorder.add(key, inlet)
@@ -189,9 +193,16 @@ class Session:
         self._note()
 
     def _tell(self, stream: Stream, event: Event) -> None:
-        self._notes.part["events"].append(
-            {"stream": stream.key, "kind": event.kind, "stamp": event.stamp, "text": str(event)}
-        )
+        """Note an event, and say it, unless so many came within seconds that nobody could read them."""
+        part, now = self._notes.part, self._clock()
+        counts = part.setdefault("counts", {}).setdefault(stream.key, {})
+        counts[event.kind] = counts.get(event.kind, 0) + 1
+        if len(part["events"]) < _MOST_EVENTS:
+            part["events"].append({"stream": stream.key, "kind": event.kind, "stamp": event.stamp, "text": str(event)})
+        recent = self._recent.setdefault(stream.key, deque(maxlen=_FEW))
+        if len(recent) == _FEW and now - recent[0] < _QUIET_S:
+            return
+        recent.append(now)
         with contextlib.suppress(OSError):
             self._note()
         self._say(stream, event)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-_LEARN = 400  # steps between samples from which it is learned how they waver
+_LEARN = 2000  # steps between samples from which it is learned how they waver
 _STEADY = 0.05  # of the sampling interval
-_OFTEN = 0.01
+_OFTEN = 3  # so many steps that are early are no accident
 _WAVER = 8.0  # so many times the usual deviation of a step is no usual one
 _RESET_S = 1.0  # by so much more than the time that passed a clock does not run ahead
 
@@ -75,7 +75,7 @@ class StreamWatch:
     def learn(self, stamps: np.ndarray) -> None:
         """Take in how the stamps of this stream waver, from some seconds of it before the watch."""
         if self.sfreq:
-            self._steps.extend(abs(np.diff(stamps) - 1 / self.sfreq)[-_LEARN:])
+            self._steps.extend((1 / self.sfreq - np.diff(stamps))[-_LEARN:])
 
     @property
     def wavers(self) -> bool:
@@ -127,16 +127,15 @@ class StreamWatch:
             elif (lost := round(step * self.sfreq) - 1) > 0:
                 self.missing += lost
                 events.append(Event("gap", stamp, lost * interval, lost))
-        self._steps.extend(abs(steps[-_LEARN:] - interval))
+        self._steps.extend(interval - steps[-_LEARN:])
         return events
 
     def _usual(self) -> float:
         """Return by how much a step may differ from the sampling interval without a word, seconds."""
         interval = 1 / self.sfreq
-        if len(self._steps) < _LEARN // 4:
-            return 0.5 * interval
-        # Most steps within a chunk are exact: those between chunks waver. A gap now and then is no wavering.
-        wavering = [step for step in self._steps if step > _STEADY * interval]
-        if len(wavering) < _OFTEN * len(self._steps):
+        # Most steps within a chunk are exact: those between chunks waver, and what comes late once comes early next.
+        # Only what is early tells of that: where samples are lost, all steps are late.
+        wavering = [early for early in self._steps if early > _STEADY * interval]
+        if len(wavering) < _OFTEN:
             return 0.5 * interval
         return max(0.5 * interval, _WAVER * float(np.median(wavering)))

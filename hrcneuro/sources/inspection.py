@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from hrcneuro.errors import HrcError
+from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources.matching import block_rows, histogram
 from hrcneuro.sources.recording import Recording
 
@@ -17,7 +18,9 @@ _SPANS = 20
 
 def view_recording(recording: Recording) -> dict[str, Any]:
     """Return what a recording holds, as JSON-able values."""
-    markers = recording.markers
+    # Markers that name their move differ all; what they are is one thing.
+    texts = ["move/…" if move_in(text) else text for text in recording.markers["event"]]
+    markers = recording.markers.assign(event=texts)
     return {
         "sfreq": recording.sfreq,
         "duration_s": round(recording.duration_s, 3),

@@ -37,24 +37,27 @@ def of(timing, name):
 def test_a_planted_delay_is_found_within_its_interval(tmp_path, trials, delay):
     timing, _ = measured(tmp_path, trials, f"delay={delay}")
     found = of(timing, "marker_edge_ms").latency
-    # An edge is seen at the nearest sample: half a sample here and there, and none on average.
-    assert found.delay.low - 0.5 <= 1e3 * delay <= found.delay.high + 0.5
-    assert found.worst <= STEP_MS
+    assert timing.amp_delay.low <= 1e3 * delay <= timing.amp_delay.high
+    # An edge is seen in the sample behind it, and moves begin anywhere between two.
+    assert timing.amp_delay.value == pytest.approx(1e3 * delay, abs=0.5)
+    assert found.low >= 1e3 * delay - 0.01
+    assert found.high <= 1e3 * delay + STEP_MS + 0.01
     assert found.n == len(timing.moves) - timing.without_edge
 
 
 def test_planted_jitter_and_drift_are_found_too(tmp_path, trials):
     timing, _ = measured(tmp_path, trials, "delay=0.037", "jitter=0.005", "drift=50")
     found = of(timing, "marker_edge_ms").latency
-    assert found.delay.low <= 37 <= found.delay.high
-    assert found.sd == pytest.approx(5, rel=0.2)
+    assert timing.amp_delay.low <= 37 <= timing.amp_delay.high
+    assert timing.amp_delay.value == pytest.approx(37, abs=1.5)
+    assert found.sd == pytest.approx(np.hypot(5, STEP_MS / np.sqrt(12)), rel=0.2)
     assert timing.drift.low <= 50 <= timing.drift.high
     assert f"{timing.drift.value:.2f}" in analysis.verdict(timing)
 
 
 def test_a_clock_of_its_own_changes_nothing_that_is_corrected(tmp_path, trials):
     timing, _ = measured(tmp_path, trials, "delay=0.037", offset=1234.5, drift_ppm=40.0)
-    assert of(timing, "marker_edge_ms").latency.delay.value == pytest.approx(37, abs=STEP_MS)
+    assert timing.amp_delay.value == pytest.approx(37, abs=0.5)
 
 
 def robot_of(lab):

@@ -11,8 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
+Row = tuple[str, bool, str]
+"""A claim, whether it holds, and what is known where it does not."""
 STUDY = """
 [study]
 name = "live"
@@ -95,3 +99,44 @@ class Lab:
     def samples_on_disk(self) -> int:
         """Return the bytes of the newest file."""
         return max((path.stat().st_size for path in self.parts()[-1:]), default=0)
+
+
+def foreign(lab: Lab) -> Iterator[Row]:
+    """pylsl's outlet is recorded, and its inlet reads our amplifier."""
+    sender = subprocess.Popen([sys.executable, "-c", _PYLSL_OUTLET], env=lab.environment)
+    try:
+        code, answer, said = lab.record("--seconds", "4", "--set", 'record.streams={eeg={name="foreign"}}')
+    finally:
+        sender.kill()
+        sender.wait()
+    yield "pylsl's outlet recorded whole", code == 0, said[-200:]
+    values = lab.streams()["foreign"]["time_series"][:, 0]
+    yield "and in order", bool(np.array_equal(np.diff(values), np.ones(len(values) - 1))), str(answer)[:80]
+    with lab.amplifier():
+        done = subprocess.run(
+            [sys.executable, "-c", _PYLSL_INLET], env=lab.environment, capture_output=True, text=True, check=False
+        )
+    yield f"pylsl's inlet read {done.stdout.strip()}", done.returncode == 0, done.stderr[-200:]
+
+
+_PYLSL_OUTLET = """
+import time, pylsl
+info = pylsl.StreamInfo("foreign", "EEG", 2, 100, "float32", "pylsl-1")
+outlet, begun, k = pylsl.StreamOutlet(info), pylsl.local_clock(), 0
+while True:
+    while k < (pylsl.local_clock() - begun) * 100:
+        outlet.push_sample([float(k), 5.0 * (k % 7)], begun + k / 100); k += 1
+    time.sleep(0.01)
+"""
+_PYLSL_INLET = """
+import pylsl
+found = [one for one in pylsl.resolve_streams(2.0) if one.name() == "actiCHamp"]
+inlet = pylsl.StreamInlet(found[0])
+samples, stamps = [], []
+while len(stamps) < 2000:
+    chunk, when = inlet.pull_chunk(timeout=1.0)
+    samples += chunk; stamps += when
+steps = [round((b - a) * 1e3, 3) for a, b in zip(stamps, stamps[1:])]
+assert set(steps) == {1.0}, set(steps)
+print(f"{len(stamps)} samples of {inlet.info().channel_count()} channels")
+"""

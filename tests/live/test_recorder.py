@@ -209,6 +209,19 @@ def test_session_json_tells_what_stood_out_as_soon_as_it_does(house):
     assert [(one["stream"], one["kind"]) for one in events] == [("eeg", "gap")]
 
 
+def test_a_flood_of_gaps_is_marked_and_counted_and_said_in_part(house):
+    house.begin()
+    house.go_on(1)
+    first = house.amplifier.sent
+    house.amplifier.skip = set(range(first, first + 400, 4))
+    house.go_on(5)
+    house.session.close()
+    assert house.told == [("eeg", "gap")] * 10
+    about = json.loads((house.folder / journal.FILE).read_text())["parts"][0]
+    assert about["counts"] == {"eeg": {"gap": 100}}
+    assert len(house.read()[OWN]["time_series"]) == 100
+
+
 def test_other_streams_are_recorded_too_but_never_the_truth(house):
     house.network.senders += [Sender("gaze", "Gaze", sfreq=50.0), Sender("hrcneuro-truth", "Markers")]
     house.begin()

@@ -47,6 +47,14 @@ def test_stamps_that_waver_between_chunks_are_no_gaps_and_a_lost_chunk_is_one():
     assert lost[0].samples == pytest.approx(2 * chunk, abs=8)
 
 
+@pytest.mark.parametrize("every", [4, 20, 100])
+def test_however_often_samples_are_lost_it_is_never_taken_for_wavering(every):
+    """A radio link that loses some of all packets is what a recorder must not get used to."""
+    kept = np.arange(20000)[np.arange(20000) // 10 % every != 1]
+    _, events = fed(5 + kept / 1000)
+    assert sum(e.samples for e in events) == kept[-1] + 1 - len(kept)
+
+
 def test_silence_is_told_once_and_its_end_too():
     watch = StreamWatch(100.0, stall_s=0.5)
     watch.feed(np.arange(100) / 100, 1.0)

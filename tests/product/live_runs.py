@@ -23,9 +23,7 @@ import numpy as np
 import psutil
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
-from live_lab import Lab
-
-Row = tuple[str, bool, str]
+from live_lab import Lab, Row, foreign
 
 EEG_ONLY = ["--set", 'record.streams={eeg={type="EEG",sfreq=1000}}']
 
@@ -41,6 +39,7 @@ def load(lab: Lab) -> Iterator[Row]:
             out, _ = recorder.communicate(timeout=600)
     finally:
         markers.kill()
+        markers.wait()
     checked = {one["stream"]: one for one in json.loads(out)["check"]}
     eeg, marks = checked["eeg"], checked["markers"]
     yield f"{eeg['samples']:,} samples, {eeg['missing']} missing", eeg["missing"] == 0 and eeg["whole"], ""
@@ -169,50 +168,6 @@ def full_disk(lab: Lab) -> Iterator[Row]:
     finally:
         subprocess.run(["umount", str(place)], check=False)
 
-
-def foreign(lab: Lab) -> Iterator[Row]:
-    """pylsl's outlet is recorded, and its inlet reads our amplifier."""
-    try:
-        import pylsl  # noqa: F401
-    except (ImportError, RuntimeError) as error:
-        yield f"pylsl is not installed ({error})", True, "skipped"
-        return
-    sender = subprocess.Popen([sys.executable, "-c", _PYLSL_OUTLET], env=lab.environment)
-    try:
-        code, answer, said = lab.record("--seconds", "4", "--set", 'record.streams={eeg={name="foreign"}}')
-    finally:
-        sender.kill()
-    yield "pylsl's outlet recorded whole", code == 0, said[-200:]
-    values = lab.streams()["foreign"]["time_series"][:, 0]
-    yield "and in order", bool(np.array_equal(np.diff(values), np.ones(len(values) - 1))), str(answer)[:80]
-    with lab.amplifier():
-        done = subprocess.run(
-            [sys.executable, "-c", _PYLSL_INLET], env=lab.environment, capture_output=True, text=True, check=False
-        )
-    yield f"pylsl's inlet read {done.stdout.strip()}", done.returncode == 0, done.stderr[-200:]
-
-
-_PYLSL_OUTLET = """
-import time, pylsl
-info = pylsl.StreamInfo("foreign", "EEG", 2, 100, "float32", "pylsl-1")
-outlet, begun, k = pylsl.StreamOutlet(info), pylsl.local_clock(), 0
-while True:
-    while k < (pylsl.local_clock() - begun) * 100:
-        outlet.push_sample([float(k), 5.0 * (k % 7)], begun + k / 100); k += 1
-    time.sleep(0.01)
-"""
-_PYLSL_INLET = """
-import pylsl
-found = [one for one in pylsl.resolve_streams(2.0) if one.name() == "actiCHamp"]
-inlet = pylsl.StreamInlet(found[0])
-samples, stamps = [], []
-while len(stamps) < 2000:
-    chunk, when = inlet.pull_chunk(timeout=1.0)
-    samples += chunk; stamps += when
-steps = [round((b - a) * 1e3, 3) for a, b in zip(stamps, stamps[1:])]
-assert set(steps) == {1.0}, set(steps)
-print(f"{len(stamps)} samples of {inlet.info().channel_count()} channels")
-"""
 
 RUNS: dict[str, Callable[[Lab], Iterator[Row]]] = {
     one.__name__: one for one in (replay, amplifier_dies, full_disk, foreign, kills, load)

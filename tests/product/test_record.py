@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from live_lab import Lab
+from live_lab import Lab, foreign
 
 for _name, _extra in (("mne_lsl", "lsl"), ("pyxdf", "xdf")):
     pytest.importorskip(_name, reason=f"{_name} is not installed: hrcneuro[{_extra}]")
@@ -119,6 +119,12 @@ def test_what_goes_wrong_with_an_amplifier_is_refused_over_lsl_too(tmp_path, fau
         streams = 'record.streams={eeg={type="EEG",sfreq=1000,unit="microvolts"}}'
         code, _, said = lab.record("--check", *EEG[2:], "--set", streams)
     assert (code, f"eeg: {kind}" in said) == (4, True), said
+
+
+def test_pylsl_s_outlet_is_recorded_and_its_inlet_reads_the_amplifier(tmp_path):
+    pytest.importorskip("pylsl", reason="pylsl is not installed, or finds no liblsl")
+    for claim, holds, more in foreign(Lab(tmp_path)):
+        assert holds, (claim, more)
 
 
 def test_timing_of_a_running_session_needs_markers(lab, amplifier):

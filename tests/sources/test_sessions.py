@@ -144,6 +144,14 @@ def test_what_is_missing_is_named(lab, tmp_path, absent):
         acquire.sources(acquire.Config(source="recording", path=str(path)), "s01")
 
 
+def test_an_inspection_shows_both_sides_in_a_few_lines(lab):
+    one = lab().go_on(20.0).end()
+    view = acquire.inspect(acquire.Config(source="recording", path=str(one.folder)), "s01")
+    assert [marker["event"] for marker in view["recording"]["markers"]] == ["move/…"]
+    assert view["log"]["rows"] == len(one.trials)
+    assert any("edges" in note for note in view["recording"]["notes"])
+
+
 def test_edges_far_from_markers_time_nothing():
     marker = np.array([1.0, 2.0, np.nan, 4.0])
     onsets = sessions.snapped(marker, np.array([1.05, 2.3, 4.0]), window_s=0.1, delay_s=0.02)
