@@ -101,24 +101,26 @@ def run(
     earlier = _last(parent) if resume else None
     cure = "free space, or choose another place: record.folder"
     check_room(parent, _ROOM, what="ten minutes of recording", cure=cure, then="nothing is recorded")
-    with interrupts.whole(), LslNetwork() as network, ThreadPoolExecutor(1) as helper:
-        talk.say(f"looking at the streams, {options.look_s:g} s …")
-        opened = session.prepare(network, network.clock, time.sleep, options)
-        try:
-            session.refuse(opened.problems)
-            folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
-        except BaseException:
-            opened.close()
-            raise
-        for name, why in opened.left_out.items():
-            talk.say(f"the stream {name!r} is left out: {why}", style="yellow")
-        view = View(talk, folder, options)
-        # From here on a signal waits until the step is done: it must cut nothing in two.
-        interrupts.once(view.tell_patience)
-        interrupts.hold()
-        going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
-        fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
-        answer = Answer(1 if fault else 0, {"folder": str(folder)}) if quick else _ended(folder, notes, fault, talk)
+    with interrupts.whole():
+        with LslNetwork() as network, ThreadPoolExecutor(1) as helper:
+            talk.say(f"looking at the streams, {options.look_s:g} s …")
+            opened = session.prepare(network, network.clock, time.sleep, options)
+            try:
+                session.refuse(opened.problems)
+                folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
+            except BaseException:
+                opened.close()
+                raise
+            for name, why in opened.left_out.items():
+                talk.say(f"the stream {name!r} is left out: {why}", style="yellow")
+            view = View(talk, folder, options)
+            # From here on a signal waits until the step is done: it must cut nothing in two.
+            interrupts.once(view.tell_patience)
+            interrupts.hold()
+            going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
+            fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
+            answer = Answer(1 if fault else 0, {"folder": str(folder)}) if quick else _ended(folder, notes, fault, talk)
+        # Whoever asked again was answered: the recording is whole, and so is what is said of it.
         interrupts.forget()
     return answer
 

@@ -19,8 +19,9 @@ from hrcneuro.live.transport import Description, Lost, Samples
 _OPEN_S = 5.0
 _LOOK_S = 1.0
 _OFFSET_EVERY_S = 5.0
-_MOST_BYTES = 4_000_000  # of one pull
+_MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
 _MOST_TEXTS = 10_000
+_WAITS_S = 30  # so long samples wait for a recorder that is held up
 # Of a stream's own description: where it runs, which is nobody's business who is given the recording.
 _WHERE = ("hostname", "v4address", "v4data_port", "v4service_port", "v6address", "v6data_port", "v6service_port")
 
@@ -90,7 +91,7 @@ class LslInlet:
             Lost: It is seen, and no connection comes about.
         """
         # liblsl itself finds a stream again by its source id, and what had come by then is not lost.
-        self._inlet = lsl.StreamInlet(description.handle, max_buffered=60, recover=bool(description.source_id))
+        self._inlet = lsl.StreamInlet(description.handle, max_buffered=_WAITS_S, recover=bool(description.source_id))
         try:
             self._inlet.open_stream(timeout=_OPEN_S)
             # Only now are labels and units there.

@@ -27,9 +27,10 @@ _OWN_XML = (
 )
 _BOUNDARY_S = 10.0
 _SYNC_S = 1.0
-_SLEPT_S = 2.0  # between two steps: the streams wait in memory for a minute
+_SLEPT_S = 2.0  # between two steps: the streams wait in memory for half a minute
 _OVERLAP_S = 30.0
-_LAGS = 40_000  # half an hour of steps
+_LAGS = 10_000
+_EVERY_LAG = 5  # pulls: so much of them tells how late they are
 
 
 @dataclass
@@ -45,10 +46,12 @@ class Stream:
         offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
         last: The newest samples, for who looks on.
         gone: Whether it is not on the network any more, as far as is known.
+        garbled: Texts that could not be read.
         ended: Whether another one has taken its place.
         silent: How long it had been silent when the recording was ended, s.
         overlap: Stamp up to which its samples were taken from another inlet; NaN for none.
-        lags: From when the newest sample of a pull was taken to when it was received and written, s.
+        pulls: How often samples came.
+        lags: From when the newest sample of a pull was taken to when it was received and written, s, of some pulls.
     """
 
     key: str
@@ -59,6 +62,8 @@ class Stream:
     offsets: list[tuple[float, float]] = field(default_factory=list)
     last: Samples | None = None
     gone: bool = False
+    garbled: int = 0
+    pulls: int = 0
     ended: bool = False
     silent: float = 0.0
     overlap: float = float("nan")
@@ -181,13 +186,17 @@ class Recorder:
             self.mark(stream, Event("lost", stream.watch.last, why=str(error)))
             return
         if garbled := stream.inlet.garbled():
+            stream.garbled += garbled
             self.mark(stream, Event("garbled", stream.watch.last, samples=garbled))
         samples = _not_yet(samples, stream)
         for event in stream.watch.feed(samples.stamps, now):
             self.mark(stream, event)
         if len(samples):
             stream.last = samples
-            stream.lags.append(now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0))
+            stream.pulls += 1
+            if stream.pulls % _EVERY_LAG == 1:
+                lag = now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0)
+                stream.lags.append(lag)
             about = stream.description
             self._part.add(xdf.samples(stream.number, samples.stamps, samples.values, about.channel_format))
 

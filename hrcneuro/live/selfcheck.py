@@ -115,6 +115,8 @@ def _flaws(about: Mapping[str, Any], stamps: np.ndarray, sfreq: float, rate: flo
         yield f"{rate:.4g} Hz, where {sfreq:g} Hz are stated"
     if sfreq and about.get("waited_s", 0) > _LATE_S:
         yield f"its first samples came after {about['waited_s']:.1f} s"
+    if about.get("garbled"):
+        yield f"{about['garbled']} texts were not in UTF-8 and are left out"
     if about.get("gone"):
         yield "it had ended before the recording did"
     elif sfreq and about.get("silent_s", 0) > _LATE_S:

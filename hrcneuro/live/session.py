@@ -302,6 +302,7 @@ def summary(stream: Stream) -> dict[str, Any]:
         "silent_s": round(stream.silent, 3),
         "samples": watch.count,
         "missing": watch.missing,
+        "garbled": stream.garbled,
         "first": watch.first if watch.count else None,
         "last": watch.last if watch.count else None,
         "clock_offset_s": stream.offsets[-1][1] if stream.offsets else None,
