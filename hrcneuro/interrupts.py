@@ -125,6 +125,11 @@ def hold(kept: str = "") -> None:
     _care.kept = kept or _care.kept
 
 
+def asked() -> bool:
+    """Return whether a signal waits: somebody wants this to end."""
+    return _care.waiting
+
+
 def forget() -> None:
     """What has waited so far was answered, and ends nothing more."""
     _care.waiting = False

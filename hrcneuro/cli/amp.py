@@ -35,17 +35,11 @@ def amp(
 ) -> int:
     """Send until told to end."""
     from hrcneuro.cli import amplifying, bring
-    from hrcneuro.errors import ConfigError, did_you_mean
     from hrcneuro.live.faults import parse
 
     faults = [parse(text) for text in fault or ()]
     study = bring.settings(options)
-    known = study.study.subjects
-    if subject not in known:
-        raise ConfigError(
-            f"unknown subject {subject!r}{did_you_mean(subject, known)}",
-            cure=f"name one of study.subjects: {', '.join(known)}",
-        )
+    bring.known_subject(study, subject)
     recorded = amplifying.recorded(options, study, subject) if replay else None
     return amplifying.run(
         study, subject, stream, recorded, faults, bring.console(options), seconds=seconds, as_json=options.json

@@ -123,7 +123,7 @@ def run(
         opened = _outlets(stream, subject, signal_, kinds, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
-        twin = opened(f"hrcneuro-twin-{subject}") if any(one.kind == "twin" for one in faults) else None
+        twin = opened(_run_of(subject, "twin")) if any(one.kind == "twin" for one in faults) else None
         person = Person(amplifier, brain)
         listening = _Listening(network, person) if source is None else None
         sender = _Sender(source, amplifier, subject) if source is not None else None
@@ -188,7 +188,7 @@ def _outlets(
     constant = {one.kind: one.value for one in faults}
     names = [str(i + 1) for i in range(len(kinds))] if "labels" in constant else list(source.ch_names)
     unit = "volts" if "volts" in constant else "microvolts"
-    return lambda source_id=f"hrcneuro-amp-{subject}": LslOutlet(
+    return lambda source_id=_run_of(subject, "amp"): LslOutlet(
         stream,
         "EEG",
         [*names, TRIGGER],
@@ -249,7 +249,7 @@ class _Sender:
     def __init__(self, source: Recorded, amplifier: Amplifier, subject: str) -> None:
         self._amplifier, self._next = amplifier, 0
         self._source = source
-        self._outlet = LslOutlet(MARKERS, "Markers", ["marker"], sfreq=0, source_id=f"hrcneuro-amp-{subject}-moves")
+        self._outlet = LslOutlet(MARKERS, "Markers", ["marker"], sfreq=0, source_id=_run_of(subject, "moves"))
 
     def step(self) -> None:
         """Send what has begun by now, and let the trigger channel show it."""
@@ -260,3 +260,8 @@ class _Sender:
             self._amplifier.trigger(when)
             self._outlet.send(markers[self._next], when)
             self._next += 1
+
+
+def _run_of(subject: str, what: str) -> str:
+    """Return a source id that no other run has: LSL reconnects to whatever has the same, in whichever session."""
+    return f"hrcneuro-{what}-{subject}-{os.getpid()}"

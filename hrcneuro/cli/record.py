@@ -29,15 +29,9 @@ def record(
 ) -> int:
     """Look at the declared streams, record them, and check the file; return the exit code."""
     from hrcneuro.cli import bring, recording
-    from hrcneuro.errors import ConfigError, did_you_mean
 
     study = bring.settings(options)
-    known = study.study.subjects
-    if subject not in known:
-        raise ConfigError(
-            f"unknown subject {subject!r}{did_you_mean(subject, known)}",
-            cure=f"name one of study.subjects: {', '.join(known)}",
-        )
+    bring.known_subject(study, subject)
     wanted = study.live["record"]
     if options.dry_run or check:
         looked = recording.check(wanted)

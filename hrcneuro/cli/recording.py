@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
+import os
 import subprocess
 import sys
 import time
@@ -19,7 +21,7 @@ from typing import Any
 from hrcneuro import interrupts
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
-from hrcneuro.errors import REFUSED, ConfigError, DataError, HrcError, StageError
+from hrcneuro.errors import REFUSED, ConfigError, DataError, HardwareError, StageError
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.live import journal, selfcheck, session
 from hrcneuro.live.lsl import LslNetwork
@@ -98,51 +100,60 @@ def run(
     parent = workdir.absolute() / options.folder / subject
     earlier = _last(parent) if resume else None
     cure = "free space, or choose another place: record.folder"
-    check_room(parent, _ROOM, what="ten minutes of recording", cure=cure)
-    with LslNetwork() as network, ThreadPoolExecutor(1) as helper, interrupts.whole():
-        talk.say(f"looking at the streams, {options.look_s:g} s …")
-        opened = session.prepare(network, network.clock, time.sleep, options)
-        try:
-            session.refuse(opened.problems)
-            folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
-        except HrcError:
-            opened.close()
-            raise
-        view = View(talk, folder, options)
-        going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
-        fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
-    if quick:
-        return Answer(1 if fault else 0, {"folder": str(folder)})
-    return _ended(folder, notes, fault, talk)
+    check_room(parent, _ROOM, what="ten minutes of recording", cure=cure, then="nothing is recorded")
+    with interrupts.whole():
+        with LslNetwork() as network, ThreadPoolExecutor(1) as helper:
+            talk.say(f"looking at the streams, {options.look_s:g} s …")
+            opened = session.prepare(network, network.clock, time.sleep, options)
+            try:
+                session.refuse(opened.problems)
+                folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
+            except BaseException:
+                opened.close()
+                raise
+            for name, why in opened.left_out.items():
+                talk.say(f"the stream {name!r} is left out: {why}", style="yellow")
+            view = View(talk, folder, options)
+            # From here on a signal waits until the step is done: it must cut nothing in two.
+            interrupts.once(view.tell_patience)
+            interrupts.hold()
+            going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
+            fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
+            answer = Answer(1 if fault else 0, {"folder": str(folder)}) if quick else _ended(folder, notes, fault, talk)
+        # Whoever asked again was answered: the recording is whole, and so is what is said of it.
+        interrupts.forget()
+    return answer
 
 
 def _go_on(
     going: session.Session, part: Part, notes: journal.Journal, view: View, seconds: float, step_s: float
 ) -> str:
-    """Step until Ctrl-C; return why the disk took no more, or an empty string."""
+    """Step until somebody ends it; return why it could not go on, or an empty string."""
     begun = time.monotonic()
-    interrupts.once(view.tell_patience)
+    fault = ""
     try:
-        with view, contextlib.suppress(KeyboardInterrupt):
-            while not seconds or time.monotonic() - begun < seconds:
+        with view:
+            while not interrupts.asked() and (not seconds or time.monotonic() - begun < seconds):
                 going.step()
                 view.show(going.recorder.streams, part.size, time.monotonic() - begun)
                 time.sleep(step_s)
-        interrupts.hold()
         going.close()
     except OSError as error:
-        interrupts.hold()
         fault = f"{part.path} takes no more: {error.strerror or error}"
-        view.fail(fault)
         notes.part["state"] = journal.FULL
+    except Exception as error:
+        # Whatever it was: what came until then is a recording, and is ended as one.
+        fault = f"{type(error).__name__}: {error}"
+        notes.part["state"] = journal.FAILED
+    if fault:
+        view.fail(fault)
         with contextlib.suppress(OSError):
-            part.close()
+            going.recorder.close()
         with contextlib.suppress(OSError):
             notes.write()
-        return fault
-    finally:
-        interrupts.forget()
-    return ""
+    elif going.unwritten:
+        view.fail(going.unwritten)
+    return fault
 
 
 def _begin(
@@ -150,12 +161,14 @@ def _begin(
 ) -> tuple[Path, Part, journal.Journal]:
     try:
         folder = earlier or new_folder(parent)
-        notes = journal.Journal(folder, {"subject": subject, "versions": {name: version(name) for name in _LIBRARIES}})
+        _lock(folder)
+        notes = journal.Journal(folder, {"subject": subject})
         number = 1 + max((selfcheck.part_number(path) for path in folder.glob("part*.xdf")), default=0)
         path = session.part_path(folder, number)
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         part = Part(path, started=now)
-        notes.begin({"file": path.name, "began": now, "clock_s": clock()})
+        versions = {name: version(name) for name in _LIBRARIES}
+        notes.begin({"file": path.name, "began": now, "clock_s": clock(), "versions": versions})
     except OSError as error:
         kind = ConfigError if error.errno in REFUSED else StageError
         raise kind(
@@ -165,9 +178,28 @@ def _begin(
     return folder, part, notes
 
 
+def _lock(folder: Path) -> None:
+    """Refuse to write into a recording that another process writes; the lock ends with this process.
+
+    Raises:
+        HardwareError: It does.
+    """
+    file = os.open(folder / ".recording", os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(file)
+        raise HardwareError(
+            f"another process is recording into {folder}",
+            cure="end it with Ctrl-C, then resume; or begin a new recording",
+        ) from error
+    except OSError:
+        pass  # a file system without locks
+
+
 def _last(parent: Path) -> Path:
     """Return the newest recording of a subject, to go on with."""
-    there = sorted(path.parent for path in parent.glob("*/part1.xdf"))
+    there = sorted(path.parent for path in parent.glob("*/part*.xdf"))
     if not there:
         raise DataError(
             f"there is no recording to go on with in {parent}", cure="begin one: the same command without --resume"
@@ -211,6 +243,7 @@ def verdict(folder: Path, checked: list[dict[str, Any]]) -> Iterator[str]:
         drift = f", clock {one['drift_ppm']:+.1f} ppm" if one["drift_ppm"] is not None else ""
         lost = (one["counted"] or one["samples"]) - one["samples"]
         short = f", {lost} fewer than came" if lost else ""
-        yield f"{part}{one['stream']}: {one['samples']:,} samples{rate}{gaps}{drift}{short}"
+        flaws = "".join(f"; {flaw}" for flaw in one["flaws"])
+        yield f"{part}{one['stream']}: {one['samples']:,} samples{rate}{gaps}{drift}{short}{flaws}"
     sound = all(one["whole"] for one in checked) and checked
     yield f"{'whole' if sound else 'NOT WHOLE'}: {folder}"

@@ -64,7 +64,7 @@ class View:
         self._events.append(text)
         if self._live is not None:
             self._live.console.bell()
-            self._live.console.print(text, style="bold red", highlight=False)
+            self._live.console.print(text, style="bold red", highlight=False, markup=False)
         else:
             self._talk.say(text, style="bold red")
 
@@ -80,12 +80,20 @@ class View:
         """Take in what has come; draw it where there is a terminal and the time has come."""
         if self._live is None:
             return
-        for stream in streams:
-            self._take(stream)
-        now = time.monotonic()
-        if now - self._drawn >= _EVERY_S:
-            self._drawn = now
-            self._live.update(self._table(streams, size, seconds, now), refresh=True)
+        try:
+            for stream in streams:
+                self._take(stream)
+            now = time.monotonic()
+            if now - self._drawn >= _EVERY_S:
+                self._drawn = now
+                self._live.update(self._table(streams, size, seconds, now), refresh=True)
+        except Exception as error:
+            # A picture of a recording must never end it.
+            self._live.stop()
+            self._live = None
+            self._talk.say(
+                f"the table is left out from here on ({type(error).__name__}: {error}); the recording goes on"
+            )
 
     def _take(self, stream: Stream) -> None:
         if stream.last is None or self._seen.get(stream.key) == stream.watch.count:
@@ -102,18 +110,19 @@ class View:
 
     def _table(self, streams: Sequence[Stream], size: int, seconds: float, now: float) -> Table:
         from rich.table import Table
+        from rich.text import Text
 
         grid = Table.grid(padding=(0, 2))
         minutes = f"{int(seconds // 3600)}:{int(seconds // 60 % 60):02d}:{int(seconds % 60):02d}"
-        grid.add_row(f"{minutes} recorded, {size / 1e6:.1f} MB on disk in {self._folder}")
+        grid.add_row(Text(f"{minutes} recorded, {size / 1e6:.1f} MB on disk in {self._folder}"))
         for stream in streams:
-            grid.add_row(self._line(stream))
+            grid.add_row(Text(self._line(stream)))
             if stream.key in self._windows and stream.description.type.lower() == "eeg":
                 grid.add_row(self._channels(stream, now))
         if self._markers:
-            grid.add_row("markers: " + "   ".join(self._markers))
+            grid.add_row(Text("markers: " + "   ".join(self._markers)))
         for text in self._events:
-            grid.add_row(f"! {text}")
+            grid.add_row(Text(f"! {text}"))
         return grid
 
     def _line(self, stream: Stream) -> str:
@@ -126,6 +135,7 @@ class View:
     def _channels(self, stream: Stream, now: float) -> Table:
         """Return RMS, noise of the mains and state of each channel that is a voltage, three channels a row."""
         from rich.table import Table
+        from rich.text import Text
 
         options, about = self._options, stream.description
         factors = scales(about)
@@ -139,8 +149,8 @@ class View:
         for row, level, hum, state in zip(shown, rms, line, states, strict=True):
             name = names_of(about)[row]
             since = self._told_since(stream.key, name, state, now)
-            words = f"[bold red]{state} {since:.0f} s[/]" if state else ""
-            cells.append(f"{name:>6} {level:8.1f} {hum:6.1f}  {words:<9}")
+            told = f"{state} {since:.0f} s" if state else ""
+            cells.append(Text.assemble(f"{name:>6} {level:8.1f} {hum:6.1f}  ", (f"{told:<9}", "bold red")))
         for at in range(0, len(cells), _COLUMNS):
             table.add_row(*cells[at : at + _COLUMNS])
         return table

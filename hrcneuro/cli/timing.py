@@ -34,6 +34,7 @@ def timing(
     from hrcneuro.cli import bring, timing_of
 
     study = bring.settings(options)
+    bring.known_subject(study, subject)
     done = timing_of.measure(options.workdir, subject, study, recording, bring.console(options), live=live, end=end)
     if options.json:
         print(json.dumps({"command": "timing", "ok": True, **done.about}, indent=1))

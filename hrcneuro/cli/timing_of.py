@@ -44,6 +44,8 @@ def measure(
         with tempfile.TemporaryDirectory(prefix="hrcneuro-timing-") as place:
             answer = recorder.run(Path(place), subject, study.live["record"], talk, seconds=live, quick=True)
             return _measured(Path(answer.about["folder"]), workdir, subject, study, parent, end, "live")
+    if folder is not None and not folder.is_dir():
+        raise DataError(f"the recording {folder} does not exist", cure="name the folder of a recording, with its .xdf")
     chosen = folder or _newest(parent)
     return _measured(chosen, workdir, subject, study, parent, end, chosen.name)
 
@@ -69,7 +71,8 @@ def _measured(
     out = workdir.absolute() / "timing" / subject / name
     out.mkdir(parents=True, exist_ok=True)
     about = {**timing.summary, "verdict": analysis.verdict(timing), "arrival_ms": lag, "recording": str(folder)}
-    (out / "timing.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
+    about = _without_nan(about)
+    (out / "timing.json").write_text(json.dumps(about, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     timing.moves.to_csv(out / "moves.csv", index=False)
     links = {one.name: analysis.LINKS[one.name] for one in timing.links}
     if links:
@@ -78,7 +81,15 @@ def _measured(
         draw(timing.moves, links, out / "timing.png")
     rows = analysis.rows_in_words(timing)
     _page(out, subject, rows, about, lag, drawn=bool(links))
-    return Measured(about, [*_lines(rows), *_arrivals(lag), about["verdict"], f"in {out / 'timing.html'}"])
+    table = _lines(rows) if links else []
+    return Measured(about, [*table, *_arrivals(lag), about["verdict"], f"in {out / 'timing.html'}"])
+
+
+def _without_nan(value: Any) -> Any:
+    """Return JSON values with null for what is no number: JSON knows no NaN."""
+    if isinstance(value, dict):
+        return {key: _without_nan(one) for key, one in value.items()}
+    return None if isinstance(value, float) and value != value else value
 
 
 def _streams(part: dict[str, Any]) -> Any:

@@ -51,7 +51,7 @@ def states(data: np.ndarray, *, flat_uv: float, rail_uv: float) -> list[str]:
         rail_uv: Railed is what reaches this, µV; 0 for no such bound.
     """
     data = np.asarray(data, float)
-    flat, most = data.std(axis=1) < flat_uv, np.abs(data).max(axis=1, initial=0.0)
-    railed = most >= rail_uv if rail_uv else np.zeros(len(data), bool)
+    with np.errstate(invalid="ignore"):
+        flat, most = ~(data.std(axis=1) >= flat_uv), np.abs(data).max(axis=1, initial=0.0)
     railed = most >= rail_uv if rail_uv else np.zeros(len(data), bool)
     return [RAILED if high else FLAT if still else "" for high, still in zip(railed, flat, strict=True)]

@@ -12,7 +12,7 @@ from hrcneuro.errors import StageError
 _ROOM = 16_000_000  # bytes that must be free beside what a recording takes
 
 
-def check_room(folder: Path, size: int, *, what: str, cure: str) -> None:
+def check_room(folder: Path, size: int, *, what: str, cure: str, then: str = "nothing has moved") -> None:
     """Refuse what would not fit.
 
     Args:
@@ -20,6 +20,7 @@ def check_room(folder: Path, size: int, *, what: str, cure: str) -> None:
         size: Bytes.
         what: That takes the room, for the message.
         cure: What a person can do about it.
+        then: What has not happened.
 
     Raises:
         StageError: Less is free.
@@ -28,7 +29,7 @@ def check_room(folder: Path, size: int, *, what: str, cure: str) -> None:
     free, need = shutil.disk_usage(there).free, size + _ROOM
     if free < need:
         raise StageError(
-            f"{what} may take {need / 1e6:.0f} MB in {folder}, where {free / 1e6:.0f} MB are free; nothing has moved",
+            f"{what} may take {need / 1e6:.0f} MB in {folder}, where {free / 1e6:.0f} MB are free; {then}",
             cure=cure,
         )
 

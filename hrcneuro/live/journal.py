@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 FILE = "session.json"
-RUNNING, ENDED, FULL = "recording", "ended", "stopped by its disk"
+RUNNING, ENDED, FULL, FAILED = "recording", "ended", "stopped by its disk", "stopped by a fault"
 
 
 class Journal:
@@ -23,8 +23,8 @@ class Journal:
     def __init__(self, folder: Path, about: Mapping[str, Any]) -> None:
         """Begin with what ``about`` says of the whole recording, or go on with what is there."""
         self.path = folder / FILE
-        self.about: dict[str, Any] = {**read(folder), **about}
-        self.about.setdefault("parts", [])
+        _put_aside_what_cannot_be_read(self.path)
+        self.about: dict[str, Any] = {**read(folder), **about, "parts": parts(folder)}
 
     @property
     def part(self) -> dict[str, Any]:
@@ -48,7 +48,7 @@ class Journal:
             OSError: It cannot be written.
         """
         part = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-        part.write_text(json.dumps(self.about, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        part.write_text(json.dumps(self.about, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
         part.replace(self.path)
 
 
@@ -59,3 +59,18 @@ def read(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return about if isinstance(about, dict) else {}
+
+
+def parts(folder: Path) -> list[dict[str, Any]]:
+    """Return what a recording's ``session.json`` says of each part; nothing where it cannot be understood."""
+    listed = read(folder).get("parts")
+    return [one for one in listed if isinstance(one, dict)] if isinstance(listed, list) else []
+
+
+def _put_aside_what_cannot_be_read(path: Path) -> None:
+    """Keep a ``session.json`` that cannot be understood, under another name."""
+    if path.is_file() and not read(path.parent):
+        number = 1
+        while (kept := path.with_name(f"session-unreadable-{number}.json")).exists():
+            number += 1
+        path.rename(kept)

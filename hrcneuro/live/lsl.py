@@ -19,7 +19,9 @@ from hrcneuro.live.transport import Description, Lost, Samples
 _OPEN_S = 5.0
 _LOOK_S = 1.0
 _OFFSET_EVERY_S = 5.0
-_MOST = 8192  # samples a pull
+_MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
+_MOST_TEXTS = 10_000
+_WAITS_S = 30  # so long samples wait for a recorder that is held up
 # Of a stream's own description: where it runs, which is nobody's business who is given the recording.
 _WHERE = ("hostname", "v4address", "v4data_port", "v4service_port", "v6address", "v6data_port", "v6service_port")
 
@@ -89,7 +91,7 @@ class LslInlet:
             Lost: It is seen, and no connection comes about.
         """
         # liblsl itself finds a stream again by its source id, and what had come by then is not lost.
-        self._inlet = lsl.StreamInlet(description.handle, max_buffered=60, recover=bool(description.source_id))
+        self._inlet = lsl.StreamInlet(description.handle, max_buffered=_WAITS_S, recover=bool(description.source_id))
         try:
             self._inlet.open_stream(timeout=_OPEN_S)
             # Only now are labels and units there.
@@ -100,6 +102,7 @@ class LslInlet:
             ) from error
         self._clock = lsl.local_clock
         self._measured: list[tuple[float, float]] = []
+        self._garbled = 0
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._measure, name="clock offsets", daemon=True)
         self._thread.start()
@@ -107,21 +110,49 @@ class LslInlet:
     def pull(self) -> Samples:
         """Return all samples that have come and were not pulled yet; never waits."""
         try:
-            values, stamps = self._inlet.pull_chunk(timeout=0.0, max_samples=_MOST)
+            return self._texts() if self.description.channel_format == "string" else self._numbers()
         except RuntimeError as error:
             raise Lost(str(error).rstrip(".")) from error
-        # Copies: mne-lsl fills the same memory with the next pull.
-        return Samples(np.array(stamps, float), np.array(values) if isinstance(values, np.ndarray) else values)
+
+    def _numbers(self) -> Samples:
+        pieces = []
+        most = max(64, _MOST_BYTES // (8 * self.description.n_channels))
+        while True:
+            values, stamps = self._inlet.pull_chunk(timeout=0.0, max_samples=most)
+            # Copies: mne-lsl fills the same memory with the next pull.
+            pieces.append((np.array(stamps, float), np.array(values)))
+            if len(stamps) < most:
+                break
+        return Samples(np.concatenate([one for one, _ in pieces]), np.concatenate([one for _, one in pieces]))
+
+    def _texts(self) -> Samples:
+        stamps, texts = [], []
+        for _ in range(_MOST_TEXTS):
+            # One by one: a text that cannot be read must not cost those that came with it.
+            try:
+                text, stamp = self._inlet.pull_sample(timeout=0.0)
+            except UnicodeDecodeError:
+                self._garbled += 1
+                continue
+            if stamp is None:
+                break
+            stamps.append(float(stamp))
+            texts.append(list(text))
+        return Samples(np.array(stamps, float), texts)
 
     def offsets(self) -> list[tuple[float, float]]:
         """Return the measurements since the last call."""
         taken, self._measured = self._measured, []
         return taken
 
+    def garbled(self) -> int:
+        """Return how many texts since the last call were not in UTF-8."""
+        count, self._garbled = self._garbled, 0
+        return count
+
     def close(self) -> None:
-        """Receive no more."""
+        """Receive no more; what is being measured ends by itself."""
         self._closed.set()
-        self._thread.join(_OPEN_S)
         self._inlet.close_stream()
 
     def _measure(self) -> None:
@@ -222,5 +253,14 @@ class LslNetwork:
     def _look(self) -> None:
         while not self._closed.is_set():
             with contextlib.suppress(RuntimeError):
-                self._seen = [described(info) for info in self._lsl.resolve_streams(timeout=_LOOK_S)]
+                found = self._lsl.resolve_streams(timeout=_LOOK_S)
+                self._seen = [one for info in found if (one := _readable(info)) is not None]
                 self._looked.set()
+
+
+def _readable(info: Any) -> Description | None:
+    """Return what a stream says of itself; None for one whose description is no XML: nobody can record it."""
+    try:
+        return described(info)
+    except (ET.ParseError, UnicodeError):
+        return None

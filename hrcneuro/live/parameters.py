@@ -66,6 +66,8 @@ def check_record(options: RecordOptions) -> list[str]:
     mistakes = []
     if not options.folder:
         mistakes.append("folder is empty; allowed: the name of a folder, such as recordings")
+    if not options.streams and not options.others:
+        mistakes.append("streams = {} with others = false records nothing; allowed: at least one stream, or others")
     for key, one in options.streams.items():
         if not (one.name or one.type or one.source_id):
             mistakes.append(f"streams.{key} has neither name nor type nor source_id; allowed: at least one of them")

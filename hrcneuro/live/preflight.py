@@ -169,7 +169,10 @@ def _channels_that_say_nothing(key: str, want: Declared, look: Look, options: Re
     names = names_of(look.description)
     values = np.asarray(look.values, float) * scale
     allowed = {*want.flat, *(name for name, factor in zip(names, scale, strict=True) if factor == 0)}
-    flat = [n for n, sd in zip(names, values.std(axis=0), strict=True) if sd < options.flat_uv and n not in allowed]
+    with np.errstate(invalid="ignore"):
+        spread = values.std(axis=0)
+    # What is no number is no signal either.
+    flat = [n for n, sd in zip(names, spread, strict=True) if not sd >= options.flat_uv and n not in allowed]
     if flat:
         yield Problem(
             "flat",

@@ -27,7 +27,10 @@ _OWN_XML = (
 )
 _BOUNDARY_S = 10.0
 _SYNC_S = 1.0
-_LAGS = 40_000  # half an hour of steps
+_SLEPT_S = 2.0  # between two steps: the streams wait in memory for half a minute
+_OVERLAP_S = 30.0
+_LAGS = 10_000
+_EVERY_LAG = 5  # pulls: so much of them tells how late they are
 
 
 @dataclass
@@ -42,7 +45,13 @@ class Stream:
         watch: Whether it comes as it should.
         offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
         last: The newest samples, for who looks on.
-        lags: From when the newest sample of a pull was taken to when it was received and written, s.
+        gone: Whether it is not on the network any more, as far as is known.
+        garbled: Texts that could not be read.
+        ended: Whether another one has taken its place.
+        silent: How long it had been silent when the recording was ended, s.
+        overlap: Stamp up to which its samples were taken from another inlet; NaN for none.
+        pulls: How often samples came.
+        lags: From when the newest sample of a pull was taken to when it was received and written, s, of some pulls.
     """
 
     key: str
@@ -52,6 +61,12 @@ class Stream:
     watch: StreamWatch
     offsets: list[tuple[float, float]] = field(default_factory=list)
     last: Samples | None = None
+    gone: bool = False
+    garbled: int = 0
+    pulls: int = 0
+    ended: bool = False
+    silent: float = 0.0
+    overlap: float = float("nan")
     lags: deque[float] = field(default_factory=lambda: deque(maxlen=_LAGS))
 
 
@@ -63,6 +78,7 @@ class Recorder:
 
     Attributes:
         streams: Those that are recorded.
+        own: The stream of marks.
     """
 
     def __init__(self, part: Part, clock: Clock, *, stall_s: float, tell: Tell, keep_host: bool = False) -> None:
@@ -78,8 +94,9 @@ class Recorder:
         self.streams: list[Stream] = []
         self._part, self._clock, self._stall_s, self._tell, self._keep_host = part, clock, stall_s, tell, keep_host
         now = clock()
-        self._marks: list[float] = []
-        self._bounded = self._synced = now
+        about = Description(OWN, "Markers", "string", 0.0, 1, source_id=OWN, xml=_OWN_XML, bare_xml=_OWN_XML)
+        self.own = Stream("recorder", _OWN_NUMBER, about, None, StreamWatch(0.0))
+        self._bounded = self._synced = self._stepped = now
         part.add(xdf.stream_header(_OWN_NUMBER, _OWN_XML))
         part.add(xdf.clock_offset(_OWN_NUMBER, now, 0.0))
 
@@ -93,8 +110,21 @@ class Recorder:
         return stream
 
     def resume(self, stream: Stream, inlet: Inlet) -> None:
-        """Go on with a stream that had ended and is there again."""
-        stream.inlet = inlet
+        """Go on with a stream that had ended, or comes from another inlet now; what it sent twice counts once."""
+        self._take(stream, self._clock())
+        if stream.inlet is not None:
+            stream.inlet.close()
+        stream.inlet, stream.gone, stream.overlap = inlet, False, stream.watch.last
+
+    def replace(self, stream: Stream, inlet: Inlet) -> None:
+        """Go on with a stream that is another one now: the one in the file ends here, and a new one begins."""
+        self._take(stream, self._clock())
+        if stream.inlet is not None:
+            stream.inlet.close()
+        stream.inlet, stream.ended = None, True
+        name = stream.key.partition("#")[0]
+        runs = sum(one.key.partition("#")[0] == name for one in self.streams)
+        self.add(f"{name}#{runs + 1}", inlet)
 
     def step(self) -> None:
         """Take what has come and write it.
@@ -103,6 +133,9 @@ class Recorder:
             OSError: The file cannot be written.
         """
         now = self._clock()
+        if now - self._stepped > _SLEPT_S:
+            self.mark(self.own, Event("slept", self._stepped, now - self._stepped))
+        self._stepped = now
         for stream in self.streams:
             self._take(stream, now)
         if now - self._bounded >= _BOUNDARY_S:
@@ -125,11 +158,8 @@ class Recorder:
                 self._take(stream, now)
                 if stream.inlet is not None:
                     stream.inlet.close()
-                watch = stream.watch
-                first, last = (0.0, 0.0) if not watch.count else (watch.first, watch.last)
-                self._part.add(xdf.stream_footer(stream.number, first, last, watch.count, stream.offsets))
-            ends = (self._marks[0], self._marks[-1]) if self._marks else (0.0, 0.0)
-            self._part.add(xdf.stream_footer(_OWN_NUMBER, *ends, len(self._marks), []))
+                self._part.add(_footer(stream))
+            self._part.add(_footer(self.own))
         finally:
             self._part.close()
 
@@ -138,27 +168,52 @@ class Recorder:
         known = event.stamp == event.stamp
         when = event.stamp + (stream.offsets[-1][1] if stream.offsets else 0.0) if known else self._clock()
         text = f"{event.kind}/stream={stream.key}/samples={event.samples}/seconds={event.seconds:.6f}"
-        self._part.add(xdf.samples(_OWN_NUMBER, np.array([when]), [[text]], "string"))
-        self._marks.append(when)
+        self._part.add(xdf.samples(self.own.number, np.array([when]), [[text]], "string"))
+        self.own.watch.feed(np.array([when]), when)
         self._tell(stream, event)
 
     def _take(self, stream: Stream, now: float) -> None:
         if stream.inlet is None:
             return
+        for when, offset in stream.inlet.offsets():
+            stream.offsets.append((when, offset))
+            self._part.add(xdf.clock_offset(stream.number, when, offset))
         try:
-            samples, offsets = stream.inlet.pull(), stream.inlet.offsets()
+            samples = stream.inlet.pull()
         except Lost as error:
             stream.inlet.close()
             stream.inlet = None
             self.mark(stream, Event("lost", stream.watch.last, why=str(error)))
             return
-        for when, offset in offsets:
-            stream.offsets.append((when, offset))
-            self._part.add(xdf.clock_offset(stream.number, when, offset))
+        if garbled := stream.inlet.garbled():
+            stream.garbled += garbled
+            self.mark(stream, Event("garbled", stream.watch.last, samples=garbled))
+        samples = _not_yet(samples, stream)
         for event in stream.watch.feed(samples.stamps, now):
             self.mark(stream, event)
         if len(samples):
             stream.last = samples
-            stream.lags.append(now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0))
+            stream.pulls += 1
+            if stream.pulls % _EVERY_LAG == 1:
+                lag = now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0)
+                stream.lags.append(lag)
             about = stream.description
             self._part.add(xdf.samples(stream.number, samples.stamps, samples.values, about.channel_format))
+
+
+def _not_yet(samples: Samples, stream: Stream) -> Samples:
+    """Return what is new of a stream that is received from two inlets, one after the other, for a moment both."""
+    if stream.overlap != stream.overlap or not len(samples):
+        return samples
+    # A clock that began anew is no overlap.
+    new = (samples.stamps > stream.overlap) | (samples.stamps < stream.overlap - _OVERLAP_S)
+    stream.overlap = float("nan")
+    values = samples.values
+    kept = values[new] if isinstance(values, np.ndarray) else [v for v, keep in zip(values, new, strict=True) if keep]
+    return Samples(samples.stamps[new], kept)
+
+
+def _footer(stream: Stream) -> bytes:
+    watch = stream.watch
+    first, last = (watch.first, watch.last) if watch.count else (0.0, 0.0)
+    return xdf.stream_footer(stream.number, first, last, watch.count, stream.offsets)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,9 @@ from hrcneuro.eeg.stamps import segments
 from hrcneuro.live import journal
 from hrcneuro.live.recorder import OWN
 from hrcneuro.live.watch import StreamWatch
+
+_RATE = 0.005  # by this share a clock does not run wrong: samples are lost
+_LATE_S = 3.0
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class Checked:
         drift_ppm: How much faster the sender's clock runs than the recorder's, parts in a million; none where that
             cannot be told.
         rate: By the stamps, Hz; 0 for a stream of irregular times.
+        flaws: What else is wrong with it, in words.
         whole: Whether all is there that was sent, as far as can be told.
     """
 
@@ -47,6 +51,7 @@ class Checked:
     gaps: int
     drift_ppm: float | None
     rate: float
+    flaws: list[str]
     whole: bool
 
 
@@ -59,12 +64,13 @@ def check(folder: Path) -> list[Checked]:
     import pyxdf
 
     logging.getLogger("pyxdf").setLevel(logging.CRITICAL)
-    said = journal.read(folder).get("parts", [])
+    said = {one.get("file"): one for one in journal.parts(folder)}
     found = []
-    for number, path in enumerate(sorted(folder.glob("part*.xdf"), key=part_number), start=1):
+    for path in sorted(folder.glob("part*.xdf"), key=part_number):
         streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False, verbose=False)
-        counted = said[number - 1] if number <= len(said) else {}
-        found += [_checked(number, one, counted) for one in streams if one["info"]["name"][0] != OWN]
+        about = said.get(path.name, {})
+        ours = [one for one in streams if (one["info"].get("source_id") or [""])[0] != OWN]
+        found += [_checked(part_number(path), one, about) for one in ours]
     return found
 
 
@@ -76,17 +82,17 @@ def part_number(path: Path) -> int:
 
 def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) -> Checked:
     info = stream["info"]
-    name, source = info["name"][0], (info.get("source_id") or [""])[0]
-    entries = part.get("streams", {})
-    same = [key for key, one in entries.items() if (one["name"], one["source_id"]) == (name, source or "")]
-    key = same[0] if same else name
-    ended = part.get("state") == journal.ENDED
-    counted = entries[key]["samples"] if same and ended else None
+    entries: Mapping[str, Any] = part.get("streams", {})
+    same = [key for key, one in entries.items() if one.get("number") == info["stream_id"]]
+    key = same[0] if same else info["name"][0]
+    about = entries[key] if same and part.get("state") == journal.ENDED else {}
+    counted = about.get("samples")
     stamps, sfreq = np.asarray(stream["time_stamps"], float), float(info["nominal_srate"][0])
     watch = StreamWatch(sfreq, stall_s=np.inf)
     watch.learn(stamps)
     holes, missing = _holes(watch, stamps)
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
+    flaws = list(_flaws(about, stamps, sfreq, rate))
     return Checked(
         part=number,
         stream=key,
@@ -96,8 +102,25 @@ def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) ->
         gaps=holes,
         drift_ppm=_drift(stream),
         rate=float(rate),
-        whole=not holes and counted in (None, len(stamps)) and (len(stamps) > 0 or not sfreq),
+        flaws=flaws,
+        whole=not holes and not flaws and counted in (None, len(stamps)),
     )
+
+
+def _flaws(about: Mapping[str, Any], stamps: np.ndarray, sfreq: float, rate: float) -> Iterator[str]:
+    """Yield what is wrong with a stream and no gap shows: it came late, ended early, or at another rate."""
+    if sfreq and not len(stamps):
+        yield "no samples came"
+    elif sfreq and len(stamps) > sfreq and abs(rate / sfreq - 1) > _RATE:
+        yield f"{rate:.4g} Hz, where {sfreq:g} Hz are stated"
+    if sfreq and about.get("waited_s", 0) > _LATE_S:
+        yield f"its first samples came after {about['waited_s']:.1f} s"
+    if about.get("garbled"):
+        yield f"{about['garbled']} texts were not in UTF-8 and are left out"
+    if about.get("gone"):
+        yield "it had ended before the recording did"
+    elif sfreq and about.get("silent_s", 0) > _LATE_S:
+        yield f"it had been silent for {about['silent_s']:.1f} s in the end"
 
 
 def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +25,7 @@ Wait = Callable[[float], None]
 """Lets seconds pass."""
 STEP_S = 0.05
 _LOOK_AGAIN_S = 0.5
+_GONE_S = 2.5  # the network is looked at once a second
 _NOTE_EVERY_S = 10.0
 _MOST_EVENTS = 1000  # in session.json; the file of the recording has all of them
 _FEW, _QUIET_S = 10, 10.0  # so many of a stream are said within so many seconds; all of them are counted
@@ -38,11 +39,13 @@ class Opened:
         inlets: By their name in the configuration; other streams by their own.
         looks: The same, for those that were looked at.
         problems: What stands against a recording.
+        left_out: Other streams that are seen and cannot be received, with why.
     """
 
     inlets: dict[str, Inlet] = field(default_factory=dict)
     looks: dict[str, Look] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
 
     def close(self) -> None:
         """Receive no more."""
@@ -60,9 +63,11 @@ def prepare(network: Network, clock: Clock, wait: Wait, options: RecordOptions) 
         meant = {one.uid for one in chosen.values()}
         for description in network.visible():
             if description.uid not in meant and description.name != TRUTH:
-                with contextlib.suppress(Lost):
+                try:
                     inlet = network.open(description)
                     opened.inlets[_free(description.name, opened.inlets)] = inlet
+                except Lost as error:
+                    opened.left_out[description.name] = str(error)
     _look(opened, clock, wait, options.look_s)
     for key, look in opened.looks.items():
         if key in options.streams:
@@ -130,6 +135,7 @@ class Session:
 
     Attributes:
         recorder: What it does with the streams.
+        unwritten: Why ``session.json`` cannot be written; empty where it can.
     """
 
     def __init__(
@@ -160,11 +166,16 @@ class Session:
         self._opening: dict[str, Future[Inlet]] = {}
         self._noted = clock()
         self._recent: dict[str, deque[float]] = {}
+        self._seen: dict[str, float] = {}
+        self._looked = clock()
+        self.unwritten = ""
         self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
         for key, inlet in opened.inlets.items():
             stream = self.recorder.add(key, inlet)
             if key in opened.looks:
                 stream.watch.learn(opened.looks[key].stamps)
+        if opened.left_out:
+            notes.part["left_out"] = opened.left_out
         # Whatever ends this process: which streams these are stands there.
         self._note()
 
@@ -175,9 +186,16 @@ class Session:
             OSError: The disk takes no more.
         """
         self.recorder.step()
-        for stream in self.recorder.streams:
-            self._bring_back(stream)
-        if self._clock() - self._noted >= _NOTE_EVERY_S:
+        now = self._clock()
+        lost = any(one.inlet is None and not one.ended for one in self.recorder.streams)
+        if lost or now - self._looked >= _LOOK_AGAIN_S:
+            self._looked = now
+            self._follow(now)
+        for key in [key for key, opening in self._opening.items() if opening.done()]:
+            opening = self._opening.pop(key)
+            with contextlib.suppress(Lost):
+                self._take_over(self._stream(key), opening.result())
+        if now - self._noted >= _NOTE_EVERY_S:
             self._note()
 
     def close(self) -> None:
@@ -188,9 +206,15 @@ class Session:
         """
         for opening in self._opening.values():
             opening.cancel()
+        now = self._clock()
+        for stream in self.recorder.streams:
+            stream.silent = stream.watch.silent(now)
         self.recorder.close()
         self._notes.part["state"] = journal.ENDED
         self._note()
+
+    def _stream(self, key: str) -> Stream:
+        return next(one for one in self.recorder.streams if one.key == key)
 
     def _tell(self, stream: Stream, event: Event) -> None:
         """Note an event, and say it, unless so many came within seconds that nobody could read them."""
@@ -198,49 +222,68 @@ class Session:
         counts = part.setdefault("counts", {}).setdefault(stream.key, {})
         counts[event.kind] = counts.get(event.kind, 0) + 1
         if len(part["events"]) < _MOST_EVENTS:
-            part["events"].append({"stream": stream.key, "kind": event.kind, "stamp": event.stamp, "text": str(event)})
+            stamp = event.stamp if event.stamp == event.stamp else None
+            part["events"].append({"stream": stream.key, "kind": event.kind, "stamp": stamp, "text": str(event)})
         recent = self._recent.setdefault(stream.key, deque(maxlen=_FEW))
         if len(recent) == _FEW and now - recent[0] < _QUIET_S:
             return
         recent.append(now)
-        with contextlib.suppress(OSError):
-            self._note()
+        self._note()
         self._say(stream, event)
 
     def _note(self) -> None:
+        """Write ``session.json``; that it cannot be written is no reason to end a recording."""
         self._noted = self._clock()
         self._notes.part["streams"] = {one.key: summary(one) for one in self.recorder.streams}
-        self._notes.write()
+        try:
+            self._notes.write()
+            self.unwritten = ""
+        except OSError as error:
+            self.unwritten = f"{self._notes.path} cannot be written: {error.strerror or error}"
 
-    def _bring_back(self, stream: Stream) -> None:
-        """Open a stream anew that has ended, or is silent while another run of it is there."""
-        opening = self._opening.get(stream.key)
-        if opening is not None:
-            if opening.done():
-                del self._opening[stream.key]
-                with contextlib.suppress(Lost):
-                    self._take_over(stream, opening.result())
-            return
-        if stream.inlet is not None and not stream.watch.stalled:
-            return
-        for description in self._again(stream):
-            self._opening[stream.key] = self._helper.submit(self._network.open, description)
-            return
+    def _follow(self, now: float) -> None:
+        """Look which streams are still on the network, and begin to open anew those that are there as another run."""
+        there = self._network.visible()
+        uids = {one.uid for one in there}
+        for stream in [one for one in self.recorder.streams if not one.ended]:
+            uid = stream.inlet.description.uid if stream.inlet is not None else ""
+            if uid in uids:
+                self._seen[stream.key] = now
+            # One look may miss a stream that is there.
+            stream.gone = now - self._seen.setdefault(stream.key, now) >= _GONE_S or stream.inlet is None
+            if stream.key not in self._opening and (stream.gone or stream.watch.stalled):
+                for description in self._again(stream, there):
+                    self._opening[stream.key] = self._helper.submit(self._network.open, description)
+                    break
 
-    def _again(self, stream: Stream) -> Iterator[Description]:
+    def _again(self, stream: Stream, there: Sequence[Description]) -> Iterator[Description]:
         was = stream.description if stream.inlet is None else stream.inlet.description
-        declared = self._options.streams.get(stream.key) or Declared(name=was.name, type=was.type)
-        for one in self._network.visible():
-            # A stream with the same source id is found again by LSL itself, and nothing on the way is lost.
-            same = stream.inlet is not None and one.source_id == was.source_id != ""
-            alike = (one.n_channels, one.channel_format) == (was.n_channels, was.channel_format)
-            if preflight.fits(declared, one) and alike and one.uid != was.uid and not same:
+        declared = self._options.streams.get(stream.key.partition("#")[0]) or Declared(name=was.name, type=was.type)
+        taken = {one.inlet.description.uid for one in self.recorder.streams if one.inlet is not None} | {was.uid}
+        for one in there:
+            if preflight.fits(declared, one) and one.name != TRUTH and one.uid not in taken:
                 yield one
 
     def _take_over(self, stream: Stream, inlet: Inlet) -> None:
-        if stream.inlet is not None:
-            stream.inlet.close()
-        self.recorder.resume(stream, inlet)
+        """Go on with a stream from another inlet; where it is another stream by now, it gets a header of its own."""
+        self._seen[stream.key] = self._clock()
+        if other := _differs(stream.description, inlet.description):
+            self.recorder.mark(stream, Event("changed", stream.watch.last, why=other))
+            self.recorder.replace(stream, inlet)
+        else:
+            self.recorder.resume(stream, inlet)
+
+
+def _differs(one: Description, other: Description) -> str:
+    """Return in what two descriptions of a stream differ that decides what its numbers mean; empty for nothing."""
+    names = ("channel_format", "sfreq", "n_channels", "labels", "units")
+    pairs = [(name, getattr(one, name), getattr(other, name)) for name in names]
+    return "; ".join(f"{name} {_short(a)}, now {_short(b)}" for name, a, b in pairs if a != b)
+
+
+def _short(value: Any) -> str:
+    text = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    return text if len(text) <= 40 else f"{text[:39]}…"
 
 
 def summary(stream: Stream) -> dict[str, Any]:
@@ -253,8 +296,13 @@ def summary(stream: Stream) -> dict[str, Any]:
         "channels": list(about.labels) or about.n_channels,
         "units": sorted(set(about.units)),
         "source_id": about.source_id,
+        "number": stream.number,
+        "gone": stream.gone and not stream.ended,
+        "waited_s": round(watch.waited, 3),
+        "silent_s": round(stream.silent, 3),
         "samples": watch.count,
         "missing": watch.missing,
+        "garbled": stream.garbled,
         "first": watch.first if watch.count else None,
         "last": watch.last if watch.count else None,
         "clock_offset_s": stream.offsets[-1][1] if stream.offsets else None,

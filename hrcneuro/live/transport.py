@@ -81,8 +81,11 @@ class Inlet(Protocol):
     def offsets(self) -> list[tuple[float, float]]:
         """Return new measurements (when, what to add to the sender's stamps), seconds of the receiver's clock."""
 
+    def garbled(self) -> int:
+        """Return how many samples could not be understood since the last call: texts that are not in UTF-8."""
+
     def close(self) -> None:
-        """Receive no more."""
+        """Receive no more; returns at once."""
 
 
 class Network(Protocol):

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 _LEARN = 2000  # steps between samples from which it is learned how they waver
+_FEW_INTERVALS = 5  # a slow stream is not silent between two of its samples
 _STEADY = 0.05  # of the sampling interval
 _OFTEN = 3  # so many steps that are early are no accident
 _WAVER = 8.0  # so many times the usual deviation of a step is no usual one
@@ -24,7 +25,7 @@ class Event:
     """Something that a person should know of a stream.
 
     Attributes:
-        kind: ``gap``, ``clock``, ``stall``, ``back`` or ``lost``.
+        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed`` or ``slept``.
         stamp: Where, seconds of the sender's clock: of the last sample before it.
         seconds: How long it lasted, or by how much the clock was set; 0 where that is not known yet.
         samples: How many are missing.
@@ -42,6 +43,12 @@ class Event:
             return f"{self.samples} samples ({self.seconds:.3f} s) are missing"
         if self.kind == "clock":
             return f"the sender's clock was set by {self.seconds:+.3f} s"
+        if self.kind == "slept":
+            return f"the recorder itself was held up for {self.seconds:.1f} s; what came meanwhile was kept for it"
+        if self.kind == "garbled":
+            return f"{self.samples} texts are not in UTF-8 and are left out"
+        if self.kind == "changed":
+            return f"it came back another ({self.why}); it is recorded as a stream of its own"
         if self.kind == "lost":
             return f"it has ended ({self.why}); it is looked for"
         if self.kind == "stall":
@@ -60,6 +67,7 @@ class StreamWatch:
         first, last: Their stamps, seconds of the sender's clock; NaN before any came.
         missing: Samples that did not.
         stalled: Whether it is silent now.
+        waited: How long it was looked at before its first samples came, s.
     """
 
     sfreq: float
@@ -69,6 +77,7 @@ class StreamWatch:
     last: float = float("nan")
     missing: int = 0
     stalled: bool = False
+    waited: float = 0.0
     _came: float | None = None
     _steps: deque[float] = field(default_factory=lambda: deque(maxlen=_LEARN))
 
@@ -99,16 +108,20 @@ class StreamWatch:
         joined = stamps if self.count == 0 else np.concatenate([[self.last], stamps])
         events += self._odd_steps(joined, silent)
         if self.count == 0:
-            self.first = float(stamps[0])
+            self.first, self.waited = float(stamps[0]), silent
         self.count += len(stamps)
         self.last, self._came = float(stamps[-1]), now
         return events
+
+    def silent(self, now: float) -> float:
+        """Return for how long a regular stream has been silent, s; 0 for one of irregular times."""
+        return now - self._came if self.sfreq and self._came is not None else 0.0
 
     def _silence(self, now: float) -> list[Event]:
         if self._came is None:
             self._came = now
         silent = now - self._came
-        if self.stalled or not self.sfreq or silent < self.stall_s:
+        if self.stalled or not self.sfreq or silent < max(self.stall_s, _FEW_INTERVALS / self.sfreq):
             return []
         self.stalled = True
         return [Event("stall", self.last, silent)]

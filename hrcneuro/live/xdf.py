@@ -15,7 +15,7 @@ import numpy as np
 MAGIC = b"XDF:"
 FILE_HEADER, STREAM_HEADER, SAMPLES, CLOCK_OFFSET, BOUNDARY, STREAM_FOOTER = range(1, 7)
 # Readers that find a damaged chunk look for this to go on behind it.
-_BOUNDARY_MARK = bytes.fromhex("43a546dccbf5410fb30ed546738bcbe4")
+_BOUNDARY_MARK = bytes.fromhex("43a546dccbf5410fb30ed5467383cbe4")
 _FORMATS = {
     "float32": "<f4", "double64": "<f8", "int8": "<i1", "int16": "<i2", "int32": "<i4", "int64": "<i8", "string": "",
 }  # fmt: skip

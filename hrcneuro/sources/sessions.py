@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -81,15 +83,34 @@ def place(log: pd.DataFrame, onsets: Onsets) -> pd.DataFrame:
 
 
 def in_order(parts: list[Path]) -> list[Path]:
-    """Return the parts of a session by the time of day at which they were begun: LSL's clock may have begun anew."""
-    return sorted(parts, key=lambda path: (_begun(path), str(path)))
+    """Return the parts of a session by the time of day at which they were begun: LSL's clock may have begun anew.
+
+    ``part1.xdf``, ``part2.xdf`` … of one folder are in the order of their numbers, whatever was set of the clock.
+    """
+    folders: dict[Path, list[Path]] = {}
+    for path in parts:
+        folders.setdefault(path.parent, []).append(path)
+    ordered = [sorted(inside, key=_place(inside)) for inside in folders.values()]
+    return [path for inside in sorted(ordered, key=lambda one: (_begun(one[0]), str(one[0]))) for path in inside]
 
 
-def _begun(path: Path) -> str:
+def _place(inside: list[Path]) -> Callable[[Path], tuple[float, str]]:
+    """Return by what the parts of a folder are sorted: their numbers, where all have one, else their time of day."""
+    numbers = {path: found[1] for path in inside if (found := re.fullmatch(r"part(\d+)\.xdfz?", path.name))}
+    if len(numbers) == len(inside):
+        return lambda path: (float(numbers[path]), "")
+    return lambda path: (_begun(path), str(path))
+
+
+def _begun(path: Path) -> float:
+    """Return when a file says that it was begun, s since 1970; 0 where it does not say."""
     with unpacked(path) as file:
         head = file.read(1024)
     found = re.search(rb"<datetime>([^<]*)</datetime>", head)
-    return found[1].decode(errors="replace") if found else ""
+    try:
+        return datetime.fromisoformat(found[1].decode()).timestamp() if found else 0.0
+    except (ValueError, OverflowError):
+        return 0.0
 
 
 def _markers(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> np.ndarray:

@@ -83,6 +83,10 @@ def test_a_rate_that_is_stated_and_not_kept_is_told_with_both_figures():
     assert "states 100 Hz and comes at 97 Hz" in problem.text
 
 
+def test_what_is_no_number_is_no_signal():
+    assert {one.kind for one in prepared(house(amplifier={"scale": float("nan")})).problems} == {"flat"}
+
+
 def test_channels_that_may_be_flat_are_named_in_the_configuration():
     network = house(amplifier={"scale": 0.0})
     eeg = replace(EEG, flat=("a", "b"))
@@ -111,6 +115,7 @@ def test_microvolts_by_any_name_are_microvolts():
         ({"streams": {"eeg": Declared(type="EEG", channels=("a",), n_channels=2)}}, "n_channels = 2"),
         ({"streams": {"eeg": Declared(type="EEG", channels=("a", "a"))}}, "names 'a' twice"),
         ({"folder": ""}, "folder is empty"),
+        ({"streams": {}, "others": False}, "records nothing"),
     ],
 )
 def test_contradictions_of_the_configuration(values, mistake):

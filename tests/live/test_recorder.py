@@ -222,6 +222,162 @@ def test_a_flood_of_gaps_is_marked_and_counted_and_said_in_part(house):
     assert len(house.read()[OWN]["time_series"]) == 100
 
 
+def checked(house):
+    return {one.stream: one for one in selfcheck.check(house.folder)}
+
+
+def test_an_amplifier_that_ends_for_good_is_not_whole(house):
+    house.begin()
+    house.go_on(3)
+    house.eeg.end()
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(4)
+    house.session.close()
+    assert not checked(house)["eeg"].whole
+    assert "ended before" in checked(house)["eeg"].flaws[0]
+
+
+def test_eeg_that_is_silent_at_the_beginning_or_the_end_is_not_whole(house):
+    house.begin()
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(4)
+    house.network.on_wait.append(house.amplifier)
+    house.amplifier.began, house.amplifier.sent = house.network.now, 0
+    house.go_on(2)
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(4)
+    house.session.close()
+    late, silent = checked(house)["eeg"].flaws
+    assert "came after 4" in late
+    assert "silent for 4" in silent
+
+
+def test_a_share_of_all_samples_lost_all_the_time_is_not_whole(house):
+    house.begin()
+    house.go_on(1)
+    house.amplifier.skip = {n for n in range(5000) if n % 30 == 7}
+    house.go_on(20)
+    house.session.close()
+    assert checked(house)["eeg"].missing == pytest.approx(2000 / 30, abs=3)
+
+
+def test_markers_of_another_run_under_another_source_id_are_taken_up(house):
+    house.begin()
+    house.go_on(1)
+    house.network.senders.remove(house.markers)
+    again = Sender("moves", "Markers", source_id="robot-2")
+    house.network.senders.append(again)
+    house.go_on(4)
+    again.push([house.network.now], [["move/trial=9"]])
+    house.go_on(1)
+    house.session.close()
+    assert house.read()["moves"]["time_series"] == [["move/trial=9"]]
+    assert checked(house)["markers"].whole
+
+
+def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
+    house.begin()
+    house.go_on(1)
+    house.eeg.end()
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(1)
+    other = Sender(labels=("b", "a"), unit="volts", sfreq=250.0)
+    house.network.senders.append(other)
+    Amplifier(house.network, other)
+    house.go_on(2)
+    house.session.close()
+    assert ("eeg", "changed") in house.told
+    path = session.part_path(house.folder, 1)
+    streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
+    rates = [float(one["info"]["nominal_srate"][0]) for one in streams if one["info"]["name"] == ["amp"]]
+    assert rates == [100.0, 250.0]
+    assert all(len(one["time_stamps"]) > 50 for one in streams if one["info"]["name"] == ["amp"])
+    assert set(checked(house)) == {"eeg", "markers", "eeg#2"}
+
+
+def test_the_truth_is_never_taken_up_in_place_of_a_stream_that_is_gone(house):
+    house.begin(replace(OPTIONS, streams={"eeg": Declared(type="EEG"), "markers": Declared(type="Markers")}))
+    truth = Sender("hrcneuro-truth", "Markers", source_id="truth")
+    house.network.senders.append(truth)
+    house.network.senders.remove(house.markers)
+    house.go_on(5)
+    truth.push([house.network.now], [["what nobody may know"]])
+    house.go_on(1)
+    house.session.close()
+    assert house.read()["moves"]["time_series"] == []
+    assert not checked(house)["markers"].whole
+
+
+def test_a_recorder_that_was_held_up_says_so_and_takes_what_waited(house):
+    house.begin()
+    house.go_on(1)
+    for _ in range(100):
+        house.network.wait(0.05)
+    house.go_on(1)
+    house.session.close()
+    assert ("recorder", "slept") in house.told
+    assert checked(house)["eeg"].whole
+
+
+def test_what_two_inlets_received_of_one_stream_counts_once(house):
+    house.begin()
+    house.go_on(1)
+    (stream,) = (one for one in house.session.recorder.streams if one.key == "eeg")
+    second = house.network.open(house.eeg.description)
+    house.go_on(1)
+    house.session.recorder.resume(stream, second)
+    house.go_on(1)
+    house.session.close()
+    numbers = house.read()["amp"]["time_series"][:, 0]
+    np.testing.assert_array_equal(np.diff(numbers), 1)
+
+
+def test_a_session_json_that_cannot_be_written_ends_nothing(house):
+    house.begin()
+    house.go_on(1)
+    (house.folder / journal.FILE).unlink()
+    (house.folder / journal.FILE).mkdir()
+    house.go_on(11)
+    house.session.close()
+    assert "cannot be written" in house.session.unwritten
+    assert len(house.read()["amp"]["time_stamps"]) > 1100
+
+
+@pytest.mark.parametrize("content", ["{", '{"parts": null}', "[]", '{"parts": [1]}'])
+def test_a_session_json_that_cannot_be_understood_is_kept_and_begun_anew(house, content):
+    (house.folder / journal.FILE).write_text(content)
+    house.begin()
+    house.go_on(1)
+    house.session.close()
+    assert checked(house)["eeg"].whole
+    kept = [path.read_text() for path in house.folder.glob("session-unreadable-*.json")]
+    assert kept == ([] if content.startswith('{"parts"') else [content])
+
+
+def test_without_session_json_the_parts_are_judged_by_themselves(house):
+    for _ in range(2):
+        house.begin()
+        house.go_on(1)
+        house.session.close()
+    (house.folder / journal.FILE).unlink()
+    assert all(one.whole and one.counted is None for one in selfcheck.check(house.folder))
+
+
+def test_two_streams_of_one_name_are_told_apart_by_their_numbers(house):
+    house.network.senders += [
+        Sender("gaze", "Gaze", sfreq=50.0, source_id=""),
+        Sender("gaze", "Gaze", sfreq=20.0, source_id=""),
+    ]
+    for sender in house.network.senders[2:]:
+        Amplifier(house.network, sender)
+    house.begin()
+    house.go_on(3)
+    house.session.close()
+    assert {one.stream: one.whole for one in selfcheck.check(house.folder)} == dict.fromkeys(
+        ("eeg", "markers", "gaze", "gaze#2"), True
+    )
+
+
 def test_other_streams_are_recorded_too_but_never_the_truth(house):
     house.network.senders += [Sender("gaze", "Gaze", sfreq=50.0), Sender("hrcneuro-truth", "Markers")]
     house.begin()

@@ -76,3 +76,15 @@ def test_a_file_that_ends_within_a_chunk_opens_up_to_the_one_before(lost, caplog
     whole = HEAD + xdf.stream_header(1, header("float32", 1)) + b"".join(chunks)
     (stream,), _ = pyxdf.load_xdf(io.BytesIO(whole[:-lost]), synchronize_clocks=False, dejitter_timestamps=False)
     assert len(stream["time_stamps"]) == 20
+
+
+def test_a_reader_goes_on_behind_damage_at_the_next_boundary():
+    """The mark is the one that readers look for."""
+    stamps = np.arange(10) / 100
+    chunks = [xdf.samples(1, k + stamps, np.full((10, 1), k), "float32") + xdf.boundary() for k in range(5)]
+    whole = bytearray(HEAD + xdf.stream_header(1, header("float32", 1)) + b"".join(chunks))
+    at = len(whole) - sum(map(len, chunks[1:])) + 3
+    whole[at : at + 40] = bytes(40)
+    (stream,), _ = pyxdf.load_xdf(io.BytesIO(whole), synchronize_clocks=False, dejitter_timestamps=False)
+    assert stream["time_stamps"][-1] == 4.09
+    assert xdf.boundary()[-16:].hex() == "43a546dccbf5410fb30ed5467383cbe4"

@@ -143,7 +143,7 @@ def amplifier_dies(lab: Lab) -> Iterator[Row]:
 def full_disk(lab: Lab) -> Iterator[Row]:
     """A disk fills up: it is said at once, what was written is kept, exit code 1."""
     if os.geteuid():
-        yield "needs root, to mount a small file system", True, "skipped"
+        yield "SKIPPED: needs root, to mount a small file system", True, ""
         return
     place = lab.folder / "recordings"
     place.mkdir()

@@ -19,6 +19,9 @@ ELSEWHERE = {
     "hrcneuro acquire s01 --inspect --set acquire.source=dataset": "needs the authors' EEG",
     "hrcneuro run --set acquire.source=dataset": "needs the authors' EEG",
     "hrcneuro --install-completion": "changes the shell's startup file",
+    **dict.fromkeys(
+        ("hrcneuro amp", "hrcneuro record", "hrcneuro timing"), "in real time, and in terminals of their own"
+    ),
 }
 
 
