@@ -188,7 +188,8 @@ def _outlets(
     constant = {one.kind: one.value for one in faults}
     names = [str(i + 1) for i in range(len(kinds))] if "labels" in constant else list(source.ch_names)
     unit = "volts" if "volts" in constant else "microvolts"
-    return lambda source_id=_run_of(subject, "amp"): LslOutlet(
+    usual = _run_of(subject, "amp")
+    return lambda source_id=usual: LslOutlet(
         stream,
         "EEG",
         [*names, TRIGGER],
