@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import itertools
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
     from hrcneuro.analyses.driven import Driven
     from hrcneuro.robot.backend import Backend, Clock
-    from hrcneuro.robot.cycle import OnOnset, OnStop
+    from hrcneuro.robot.cycle import OnStop
     from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.plan import PlannedMove
     from hrcneuro.robot.workspace import Workspace
@@ -174,6 +173,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
 def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
     """Drive the arm through the session; why it ends early is said at once, and whatever ends it leaves it at rest."""
+    from hrcneuro.analyses.onset_senders import on_onset_of
     from hrcneuro.robot.session import run_session
 
     with contextlib.ExitStack() as stack:
@@ -181,7 +181,7 @@ def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
         gc.collect()
         gc.freeze()
         stack.callback(gc.unfreeze)
-        on_onset = _on_onset(config, driven, trials, stack)
+        on_onset = on_onset_of(config, driven, trials, stack)
         arm, clock = _arm(config, driven.workspace, stack)
         loop = _loop(
             config, driven.workspace, arm, clock, on_onset=on_onset, on_stop=driven.tell_stop,
@@ -235,32 +235,6 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
 
 def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock, on_stop: OnStop) -> Loop:
     return _loop(config, workspace, arm, clock, on_stop=on_stop)
-
-
-def _on_onset(config: Config, driven: Driven, trials: pd.DataFrame, stack: contextlib.ExitStack) -> OnOnset | None:
-    """Return what is done at each onset, the trigger first: it times the recording; none where nobody is told."""
-    from hrcneuro.live import onsets
-    from hrcneuro.robot.plan import evoking
-
-    senders: list[OnOnset] = []
-    texts = [move.marker(driven.subject) for move in driven.moves]
-    source = f"hrcneuro robot {driven.subject}"
-    if config.trigger.port != "none":
-        senders.append(onsets.trigger(config.trigger, stack))
-    if config.markers == "lsl":
-        senders.append(onsets.marker(source, texts, driven.stamps, config.recorder_wait_s, stack))
-    if config.truth:
-        rows = [{"marker": text, **row} for text, row in zip(texts, evoking(driven.moves, trials), strict=True)]
-        gaps = [move.gap if not after.first else float("nan") for move, after in itertools.pairwise(driven.moves)]
-        senders.append(onsets.truth(f"{source} truth", rows, [*gaps, float("nan")], stack))
-    if not senders:
-        return None
-
-    def tell(age: Callable[[], float], move: int) -> None:
-        for send in senders:
-            send(age, move)
-
-    return tell
 
 
 def _loop(

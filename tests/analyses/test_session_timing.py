@@ -6,8 +6,10 @@ import pytest
 from recorded_lab import SFREQ, Lab, marker_of
 
 from hrcneuro.analyses import session_timing as analysis
+from hrcneuro.errors import ConfigError
 from hrcneuro.paradigm.params import SessionParams
 from hrcneuro.paradigm.session import simulate_session
+from hrcneuro.sources import chain as chain_of
 from hrcneuro.sources.chain import read_chain
 from hrcneuro.stages import acquire
 
@@ -95,3 +97,23 @@ def test_markers_without_edges_are_said(tmp_path, trials):
     assert (alone.links, alone.without_edge) == ([], 1)
     assert "No trigger edges" in analysis.verdict(alone)
     assert timing.without_edge <= 2
+
+
+def test_an_end_point_adds_its_links_and_a_channel_that_is_not_there_is_named(tmp_path, trials):
+    lab = Lab(tmp_path / "one", trials, what=("delay=0.037",)).go_on().end()
+    part = [lab.folder / "part1.xdf"]
+    chain = read_chain(part, acquire.Config(), window_s=0.3, delay_s=0.0, end="TRIGGER")
+    timing = analysis.session_timing(chain.moves, chain.sfreq)
+    assert of(timing, "marker_end_ms").latency == of(timing, "marker_edge_ms").latency
+    assert of(timing, "edge_end_ms").latency.worst == 0
+    with pytest.raises(ConfigError, match="no channel 'PHOTTO'"):
+        read_chain(part, acquire.Config(), window_s=0.3, delay_s=0.0, end="PHOTTO")
+
+
+def test_a_photodiode_s_edges_are_where_it_passes_half_its_range():
+    rng = np.random.default_rng(1)
+    light = 5 * rng.standard_normal(10_000)
+    for at in (1000, 4000, 7000):
+        light[at : at + 300] += 400
+    stream = {"time_series": light[:, None]}
+    np.testing.assert_array_equal(chain_of._edges(stream, 0), [1000, 4000, 7000])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import _thread
+import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -14,7 +16,9 @@ import pandas as pd
 import pytest
 
 from hrcneuro.errors import HardwareError
+from hrcneuro.live import onsets
 from hrcneuro.live.markers import NAME, MarkerOutlet
+from hrcneuro.live.transport import TRUTH
 
 # Loopback only, and no stream of another run: liblsl reads it once, before its first call in a process.
 ALONE = """[lab]
@@ -206,3 +210,24 @@ def test_ctrl_c_in_mid_move_ends_at_rest_and_keeps_the_record(lsl, hrcneuro, tmp
     assert telemetry.filter(regex=r"^qd_\d").iloc[-1].abs().max() < 1e-3
     assert telemetry.filter(like="qd_command").iloc[-1].abs().max() == 0.0
     inlet.close_stream()
+
+
+def test_the_simulated_person_is_told_of_the_next_move_at_the_onset_before(lsl):
+    moves = [
+        {"marker": "move/a", "actor": "robot"},
+        {"marker": "move/b", "actor": "human", "condition_before": "RH"},
+        {"marker": "move/c", "actor": "human"},
+    ]
+    with contextlib.ExitStack() as stack:
+        tell = onsets.truth("test of truth", moves, [0.9, float("nan"), float("nan")], stack)
+        (found,) = lsl.resolve_streams(timeout=30.0, name=TRUTH, source_id="test of truth")
+        inlet = lsl.StreamInlet(found)
+        inlet.open_stream(timeout=10.0)
+        begun = lsl.local_clock()
+        for move in range(3):
+            tell(lambda: 0.1, move)
+        told = [json.loads(inlet.pull_sample(timeout=10.0)[0][0]) for _ in range(2)]
+        inlet.close_stream()
+    # Its own move begins 0.9 s after the onset that was 0.1 s ago; of one after a pause the time is not known.
+    assert told[0].pop("key_s") == pytest.approx(begun + 0.8, abs=0.1)
+    assert told == moves[1:]

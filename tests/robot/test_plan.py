@@ -1,12 +1,15 @@
 import dataclasses
+import json
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from hrcneuro.paradigm.params import SessionParams
+from hrcneuro.paradigm.session import simulate_session
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.parameters import Durations, Selection
-from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, sampling_rate, select
+from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, evoking, grid_moves, plan, sampling_rate, select
 from hrcneuro.robot.workspace import Flaw, WayError, Workspace
 
 LOGGED = Durations()
@@ -146,3 +149,14 @@ def test_doubt_falls_on_the_ways_that_the_slow_check_refuses():
         except WayError:
             refused = True
         assert refused == doubt
+
+
+def test_what_a_move_evokes_is_its_row_s_in_plain_values():
+    trials = simulate_session(
+        SessionParams(practice_episodes=1, blocks=2, episodes_per_block=2), rng=np.random.default_rng(1)
+    )
+    moves = plan(grid_moves(trials), Durations())
+    rows = evoking(moves, trials)
+    assert json.loads(json.dumps(rows)) == rows
+    assert [row["actor"] for row in rows] == trials["actor"].tolist()
+    assert sum(row["condition_before"] is None for row in rows) == trials["condition_before"].isna().sum()
