@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import fcntl
+import gc
 import json
 import os
 import subprocess
@@ -31,6 +33,7 @@ from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
 _QUICK_S = 0.001
+_GIVE_BACK_S = 60.0
 _LIBRARIES = ("hrcneuro", "mne-lsl", "pyxdf", "numpy")
 
 
@@ -113,6 +116,8 @@ def run(
                 raise
             for name, why in opened.left_out.items():
                 talk.say(f"the stream {name!r} is left out: {why}", style="yellow")
+            gc.collect()
+            _give_back()
             view = View(talk, folder, options)
             # From here on a signal waits until the step is done: it must cut nothing in two.
             interrupts.once(view.tell_patience)
@@ -129,13 +134,16 @@ def _go_on(
     going: session.Session, part: Part, notes: journal.Journal, view: View, seconds: float, step_s: float
 ) -> str:
     """Step until somebody ends it; return why it could not go on, or an empty string."""
-    begun = time.monotonic()
+    begun = given_back = time.monotonic()
     fault = ""
     try:
         with view:
             while not interrupts.asked() and (not seconds or time.monotonic() - begun < seconds):
                 going.step()
                 view.show(going.recorder.streams, part.size, time.monotonic() - begun)
+                if time.monotonic() - given_back > _GIVE_BACK_S:
+                    given_back = time.monotonic()
+                    _give_back()
                 time.sleep(step_s)
         going.close()
     except OSError as error:
@@ -176,6 +184,13 @@ def _begin(
             cure="give yourself the right to write there, or choose another place: record.folder",
         ) from error
     return folder, part, notes
+
+
+def _give_back() -> None:
+    """Give the system back what loading and buffers have left free: a recorder lives beside an experiment."""
+    # Where the C library has no such function, nothing is given back.
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _lock(folder: Path) -> None:
