@@ -25,10 +25,10 @@ from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
 from hrcneuro.errors import REFUSED, ConfigError, DataError, HardwareError, StageError
 from hrcneuro.io.places import check_room, new_folder
-from hrcneuro.live import journal, selfcheck, session
+from hrcneuro.live import journal, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
-from hrcneuro.live.part import Part
+from hrcneuro.live.part import Part, number_of, path_of
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
@@ -171,8 +171,8 @@ def _begin(
         folder = earlier or new_folder(parent)
         _lock(folder)
         notes = journal.Journal(folder, {"subject": subject})
-        number = 1 + max((selfcheck.part_number(path) for path in folder.glob("part*.xdf")), default=0)
-        path = session.part_path(folder, number)
+        number = 1 + max((number_of(path) for path in folder.glob("part*.xdf")), default=0)
+        path = path_of(folder, number)
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         part = Part(path, started=now)
         versions = {name: version(name) for name in _LIBRARIES}

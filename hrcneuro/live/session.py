@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -330,8 +329,3 @@ def refuse(problems: list[Problem]) -> None:
             + "\n".join(f"  - {one}" for one in problems),
             cure="mend each of them; 'hrcneuro record --check' looks again and records nothing",
         )
-
-
-def part_path(folder: Path, number: int) -> Path:
-    """Return where a part of a recording lies."""
-    return folder / f"part{number}.xdf"

@@ -13,6 +13,7 @@ import pandas as pd
 
 from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import DataError
+from hrcneuro.live.part import number_of
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources import dataset, joining, triggers
 from hrcneuro.sources.formats.packed import unpacked
@@ -88,9 +89,8 @@ def in_order(parts: list[Path]) -> list[Path]:
 
 def _place(inside: list[Path]) -> Callable[[Path], tuple[float, str]]:
     """Return by what the parts of a folder are sorted: their numbers, where all have one, else their time of day."""
-    numbers = {path: found[1] for path in inside if (found := re.fullmatch(r"part(\d+)\.xdfz?", path.name))}
-    if len(numbers) == len(inside):
-        return lambda path: (float(numbers[path]), "")
+    if all(number_of(path) for path in inside):
+        return lambda path: (float(number_of(path)), "")
     return lambda path: (_begun(path), str(path))
 
 

@@ -64,7 +64,7 @@ class Lab:
         opened = session.prepare(self.network, self.network.clock, self.network.wait, OPTIONS)
         session.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {})
-        path = session.part_path(self.folder, number)
+        path = part.path_of(self.folder, number)
         self.notes.begin({"file": path.name})
         self.session = session.Session(
             self.network, self.network.clock, opened, OPTIONS, part.Part(path, started=f"2026-01-01T00:0{number}:00"),
