@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from virtual_streams import Amplifier, Sender, VirtualNetwork
 
-from hrcneuro.live import journal, part, selfcheck, session
+from hrcneuro.live import journal, part, preparation, selfcheck, session
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.recorder import OWN
 
@@ -45,8 +45,8 @@ class House:
         self.told = []
 
     def begin(self, options=OPTIONS):
-        opened = session.prepare(self.network, self.network.clock, self.network.wait, options)
-        session.refuse(opened.problems)
+        opened = preparation.prepare(self.network, self.network.clock, self.network.wait, options)
+        preparation.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {"subject": "s01"})
         number = 1 + len(list(self.folder.glob("part*.xdf")))
         path = part.path_of(self.folder, number)
