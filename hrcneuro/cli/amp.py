@@ -36,10 +36,11 @@ def amp(
     """Send until told to end."""
     from hrcneuro.cli import amplifying, bring
     from hrcneuro.live.faults import parse
+    from hrcneuro.pipeline.graph import check_subject
 
     faults = [parse(text) for text in fault or ()]
     study = bring.settings(options)
-    bring.known_subject(study, subject)
+    check_subject(study, subject)
     recorded = amplifying.recorded(options, study, subject) if replay else None
     return amplifying.run(
         study, subject, stream, recorded, faults, bring.console(options), seconds=seconds, as_json=options.json

@@ -234,7 +234,7 @@ class _Listening:
             for _, offset in inlet.offsets():
                 self._offset[name] = offset
         except Lost:
-            del self._inlets[name]
+            self._inlets.pop(name).close()
             return
         offset = self._offset.get(name, 0.0)
         for stamp, row in zip(samples.stamps, samples.values, strict=True):

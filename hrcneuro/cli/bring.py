@@ -18,7 +18,7 @@ from hrcneuro.cli.progress import Progress
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
-from hrcneuro.errors import ConfigError, HrcError, did_you_mean
+from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.pipeline import executors, forecast, graph, swept, walk
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
@@ -37,20 +37,6 @@ def settings(options: Options, extra: Path | None = None, **others: Any) -> Sett
     loaded = config.load(options.config or extra, options.set or (), **others)
     check_places(loaded, Workdir(options.workdir))
     return loaded
-
-
-def known_subject(study: Settings, subject: str) -> None:
-    """Refuse a subject that the study does not have.
-
-    Raises:
-        ConfigError: With the nearest name.
-    """
-    known = study.study.subjects
-    if subject not in known:
-        raise ConfigError(
-            f"unknown subject {subject!r}{did_you_mean(subject, known)}; the study has {', '.join(known)}",
-            cure="name one of these, or add it to study.subjects",
-        )
 
 
 def stage(

@@ -29,9 +29,10 @@ def record(
 ) -> int:
     """Look at the declared streams, record them, and check the file; return the exit code."""
     from hrcneuro.cli import bring, recording
+    from hrcneuro.pipeline.graph import check_subject
 
     study = bring.settings(options)
-    bring.known_subject(study, subject)
+    check_subject(study, subject)
     wanted = study.live["record"]
     if options.dry_run or check:
         looked = recording.check(wanted)

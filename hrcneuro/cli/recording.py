@@ -25,10 +25,10 @@ from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
 from hrcneuro.errors import REFUSED, ConfigError, DataError, HardwareError, StageError
 from hrcneuro.io.places import check_room, new_folder
-from hrcneuro.live import journal, selfcheck, session
+from hrcneuro.live import journal, preparation, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
-from hrcneuro.live.part import Part
+from hrcneuro.live.part import Part, number_of, path_of
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
@@ -53,9 +53,9 @@ def check(options: RecordOptions) -> dict[str, Any]:
         HardwareError: They are not as they should be.
     """
     with LslNetwork() as network:
-        opened = session.prepare(network, network.clock, time.sleep, options)
+        opened = preparation.prepare(network, network.clock, time.sleep, options)
         try:
-            session.refuse(opened.problems)
+            preparation.refuse(opened.problems)
             return {key: _looked(look) for key, look in opened.looks.items()}
         finally:
             opened.close()
@@ -107,9 +107,9 @@ def run(
     with interrupts.whole():
         with LslNetwork() as network, ThreadPoolExecutor(1) as helper:
             talk.say(f"looking at the streams, {options.look_s:g} s …")
-            opened = session.prepare(network, network.clock, time.sleep, options)
+            opened = preparation.prepare(network, network.clock, time.sleep, options)
             try:
-                session.refuse(opened.problems)
+                preparation.refuse(opened.problems)
                 folder, part, notes = _begin(parent, earlier, subject, options, network.clock)
             except BaseException:
                 opened.close()
@@ -123,7 +123,7 @@ def run(
             interrupts.once(view.tell_patience)
             interrupts.hold()
             going = session.Session(network, network.clock, opened, options, part, notes, tell=view.tell, helper=helper)
-            fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else session.STEP_S)
+            fault = _go_on(going, part, notes, view, seconds, _QUICK_S if quick else preparation.STEP_S)
             answer = Answer(1 if fault else 0, {"folder": str(folder)}) if quick else _ended(folder, notes, fault, talk)
         # Whoever asked again was answered: the recording is whole, and so is what is said of it.
         interrupts.forget()
@@ -171,8 +171,8 @@ def _begin(
         folder = earlier or new_folder(parent)
         _lock(folder)
         notes = journal.Journal(folder, {"subject": subject})
-        number = 1 + max((selfcheck.part_number(path) for path in folder.glob("part*.xdf")), default=0)
-        path = session.part_path(folder, number)
+        number = 1 + max((number_of(path) for path in folder.glob("part*.xdf")), default=0)
+        path = path_of(folder, number)
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         part = Part(path, started=now)
         versions = {name: version(name) for name in _LIBRARIES}

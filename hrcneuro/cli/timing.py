@@ -32,9 +32,10 @@ def timing(
 ) -> int:
     """Measure, print, draw; return 0."""
     from hrcneuro.cli import bring, timing_of
+    from hrcneuro.pipeline.graph import check_subject
 
     study = bring.settings(options)
-    bring.known_subject(study, subject)
+    check_subject(study, subject)
     done = timing_of.measure(options.workdir, subject, study, recording, bring.console(options), live=live, end=end)
     if options.json:
         print(json.dumps({"command": "timing", "ok": True, **done.about}, indent=1))

@@ -67,7 +67,7 @@ def _measured(
     acquire = study.sections["acquire"]
     chain = read_chain(parts, acquire, window_s=_WINDOW_S, delay_s=acquire.amp_delay_ms / 1e3, end=end)
     timing = analysis.session_timing(chain.moves, chain.sfreq, _driven(parent, chain.moves))
-    lag = {key: one.get("lag_ms") for part in journal.read(folder).get("parts", ()) for key, one in _streams(part)}
+    lag = {key: one.get("lag_ms") for part in journal.parts(folder) for key, one in part.get("streams", {}).items()}
     out = workdir.absolute() / "timing" / subject / name
     out.mkdir(parents=True, exist_ok=True)
     about = {**timing.summary, "verdict": analysis.verdict(timing), "arrival_ms": lag, "recording": str(folder)}
@@ -90,10 +90,6 @@ def _without_nan(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_nan(one) for key, one in value.items()}
     return None if isinstance(value, float) and value != value else value
-
-
-def _streams(part: dict[str, Any]) -> Any:
-    return part.get("streams", {}).items()
 
 
 def _driven(parent: Path, moves: pd.DataFrame) -> pd.DataFrame | None:

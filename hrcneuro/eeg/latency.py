@@ -94,14 +94,11 @@ def slope(x: np.ndarray, y: np.ndarray) -> Estimate:
     n = len(a)
     if n < 3 or np.ptp(a) == 0:
         return Estimate(math.nan, math.nan, math.nan)
-    centred = a - a.mean()
-    value = float(centred @ b / (centred @ centred))
-    rest = b - b.mean() - value * centred
-    error = math.sqrt(float(rest @ rest) / (n - 2) / float(centred @ centred))
-    from scipy.stats import t
+    from scipy.stats import linregress, t
 
-    reach = float(t.ppf(0.975, n - 2)) * error
-    return Estimate(value, value - reach, value + reach)
+    fit = linregress(a, b)
+    reach = float(t.ppf(0.975, n - 2)) * float(fit.stderr)
+    return Estimate(float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach)
 
 
 def drift_ppm(samples: np.ndarray, when_s: np.ndarray, sfreq: float) -> Estimate:

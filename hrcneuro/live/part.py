@@ -4,9 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from pathlib import Path
 
 from hrcneuro.live import xdf
+
+
+def path_of(folder: Path, number: int) -> Path:
+    """Return where a part of a recording lies."""
+    return folder / f"part{number}.xdf"
+
+
+def number_of(path: Path) -> int:
+    """Return the number of a part's file; 0 for another file."""
+    found = re.fullmatch(r"part(\d+)\.xdfz?", path.name)
+    return int(found[1]) if found else 0
 
 
 class Part:

@@ -61,13 +61,18 @@ def fits(declared: Declared, description: Description) -> bool:
     return named and description.source_id == (declared.source_id or description.source_id)
 
 
+def recordable(description: Description) -> bool:
+    """Return whether a stream may be recorded: what a simulated person knows is for its amplifier alone."""
+    return description.name != TRUTH
+
+
 def choose(
     declared: Mapping[str, Declared], visible: Sequence[Description]
 ) -> tuple[dict[str, Description], list[Problem]]:
     """Return the stream for each declared one, and what stands against that."""
     chosen, problems = {}, []
     for key, want in declared.items():
-        there = [one for one in visible if fits(want, one) and one.name != TRUTH]
+        there = [one for one in visible if fits(want, one) and recordable(one)]
         if len(there) == 1:
             chosen[key] = there[0]
         elif there:
@@ -78,7 +83,7 @@ def choose(
 
 
 def _missing(key: str, want: Declared, visible: Sequence[Description]) -> Problem:
-    seen = ", ".join(f"{one.name!r} ({one.type})" for one in visible if one.name != TRUTH) or "none"
+    seen = ", ".join(f"{one.name!r} ({one.type})" for one in visible if recordable(one)) or "none"
     return Problem(
         "missing",
         key,

@@ -14,11 +14,10 @@ import numpy as np
 
 from hrcneuro.live import xdf
 from hrcneuro.live.part import Part
-from hrcneuro.live.transport import Clock, Description, Inlet, Lost, Samples
+from hrcneuro.live.transport import RECORDER, Clock, Description, Inlet, Lost, Samples
 from hrcneuro.live.watch import Event, StreamWatch
 
-OWN = "hrcneuro-recorder"
-"""Name of the stream in the file in which the recorder marks gaps and interruptions, stamped with its own clock."""
+OWN = RECORDER
 _OWN_NUMBER = 1
 _OWN_XML = (
     f'<?xml version="1.0"?><info><name>{OWN}</name><type>Markers</type><channel_count>1</channel_count>'

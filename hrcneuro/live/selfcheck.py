@@ -18,6 +18,7 @@ import numpy as np
 
 from hrcneuro.eeg.stamps import segments
 from hrcneuro.live import journal
+from hrcneuro.live.part import number_of
 from hrcneuro.live.recorder import OWN
 from hrcneuro.live.watch import StreamWatch
 
@@ -66,18 +67,12 @@ def check(folder: Path) -> list[Checked]:
     logging.getLogger("pyxdf").setLevel(logging.CRITICAL)
     said = {one.get("file"): one for one in journal.parts(folder)}
     found = []
-    for path in sorted(folder.glob("part*.xdf"), key=part_number):
+    for path in sorted(folder.glob("part*.xdf"), key=number_of):
         streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False, verbose=False)
         about = said.get(path.name, {})
         ours = [one for one in streams if (one["info"].get("source_id") or [""])[0] != OWN]
-        found += [_checked(part_number(path), one, about) for one in ours]
+        found += [_checked(number_of(path), one, about) for one in ours]
     return found
-
-
-def part_number(path: Path) -> int:
-    """Return the number of a part's file."""
-    digits = path.stem.removeprefix("part")
-    return int(digits) if digits.isdigit() else 0
 
 
 def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) -> Checked:

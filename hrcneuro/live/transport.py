@@ -15,6 +15,9 @@ import numpy as np
 Clock = Callable[[], float]
 """Returns seconds of the receiver's clock."""
 
+RECORDER = "hrcneuro-recorder"
+"""The stream in a recording in which the recorder marks gaps and interruptions, stamped with its own clock."""
+
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
 

@@ -82,14 +82,8 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
     """
     subjects = list(dict.fromkeys(subjects))
     for subject in subjects:
-        if subject not in settings.study.subjects and subject != GROUP:
-            # s1 is s01, however many letters it shares with s12.
-            same = [s for s in settings.study.subjects if _unpadded(s) == _unpadded(subject)]
-            hint = did_you_mean(subject, same or settings.study.subjects)
-            raise ConfigError(
-                f"unknown subject {subject!r}{hint}; the study has {', '.join(settings.study.subjects) or 'none'}",
-                cure="name one of these, or add it to study.subjects",
-            )
+        if subject != GROUP:
+            check_subject(settings, subject)
     tasks = []
     for name in names:
         check_stage(name)
@@ -110,6 +104,23 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
 
 def _unpadded(name: str) -> str:
     return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
+
+
+def check_subject(settings: Settings, subject: str) -> None:
+    """Refuse a subject that the study does not have.
+
+    Raises:
+        ConfigError: With the nearest name.
+    """
+    known = settings.study.subjects
+    if subject not in known:
+        # s1 is s01, however many letters it shares with s12.
+        same = [s for s in known if _unpadded(s) == _unpadded(subject)]
+        raise ConfigError(
+            f"unknown subject {subject!r}{did_you_mean(subject, same or known)}; the study has "
+            f"{', '.join(known) or 'none'}",
+            cure="name one of these, or add it to study.subjects",
+        )
 
 
 def check_stage(name: str, *, joint: bool = False) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import DataError
@@ -52,11 +53,11 @@ def match(recording: Recording, trials: pd.DataFrame, subject: str, *, onset_eve
     return found
 
 
-def place(trials: pd.DataFrame, matched: Match) -> pd.DataFrame:
+def place(trials: pd.DataFrame, onsets_s: np.ndarray) -> pd.DataFrame:
     """Return the log with the onsets of its moves, annotated anew for the time from onset to onset."""
     from hrcneuro.paradigm.conditions import annotate
 
-    return annotate(trials.assign(onset_s=matched.onsets_s))
+    return annotate(trials.assign(onset_s=onsets_s))
 
 
 def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Recording, pd.DataFrame]:
@@ -68,7 +69,7 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
     recording = read_eeg(folder, subject)
     trials = read_moves(folder, subject, recording)
     recording.origins = with_log(recording.origins, dataset_files(folder, subject))
-    return recording, place(trials, match(recording, trials, subject, onset_event=onset_event))
+    return recording, place(trials, match(recording, trials, subject, onset_event=onset_event).onsets_s)
 
 
 def _rows(path: Path) -> dict[str, int]:

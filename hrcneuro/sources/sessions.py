@@ -13,9 +13,9 @@ import pandas as pd
 
 from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import DataError
+from hrcneuro.live.part import number_of
 from hrcneuro.paradigm.markers import move_in
-from hrcneuro.sources import joining, matching, triggers
-from hrcneuro.sources.events import separate
+from hrcneuro.sources import dataset, joining, triggers
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.logs import read_log_files
 from hrcneuro.sources.origin import with_log
@@ -75,13 +75,6 @@ def match(recording: Recording, log: pd.DataFrame, subject: str, options: Source
     return onsets
 
 
-def place(log: pd.DataFrame, onsets: Onsets) -> pd.DataFrame:
-    """Return the log with the onsets of its moves, annotated anew for the time from onset to onset."""
-    from hrcneuro.paradigm.conditions import annotate
-
-    return annotate(log.assign(onset_s=onsets.onset_s))
-
-
 def in_order(parts: list[Path]) -> list[Path]:
     """Return the parts of a session by the time of day at which they were begun: LSL's clock may have begun anew.
 
@@ -96,9 +89,8 @@ def in_order(parts: list[Path]) -> list[Path]:
 
 def _place(inside: list[Path]) -> Callable[[Path], tuple[float, str]]:
     """Return by what the parts of a folder are sorted: their numbers, where all have one, else their time of day."""
-    numbers = {path: found[1] for path in inside if (found := re.fullmatch(r"part(\d+)\.xdfz?", path.name))}
-    if len(numbers) == len(inside):
-        return lambda path: (float(numbers[path]), "")
+    if all(number_of(path) for path in inside):
+        return lambda path: (float(number_of(path)), "")
     return lambda path: (_begun(path), str(path))
 
 
@@ -115,15 +107,9 @@ def _begun(path: Path) -> float:
 
 def _markers(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> np.ndarray:
     """Return the time of each row's marker: by the move that it names, else by counting as for any log."""
-    if options.onset_event:
-        found = matching.match_onsets(_alone(recording), log, event=options.onset_event, subject=subject)
-        recording.notes += found.notes
-        return found.onsets_s
-    named = by_name(recording.markers, log, subject)
+    named = None if options.onset_event else by_name(recording.markers, log, subject)
     if named is None:
-        found = matching.match_onsets(_alone(recording), log, subject=subject)
-        recording.notes += found.notes
-        return found.onsets_s
+        return dataset.match(recording, log, subject, onset_event=options.onset_event).onsets_s
     onsets, twice, strange = named
     known = int(np.isfinite(onsets).sum())
     recording.notes.append(f"movement onsets: markers that name their move, {known} for {len(log)} rows of the log")
@@ -134,10 +120,6 @@ def _markers(recording: Recording, log: pd.DataFrame, subject: str, options: Sou
     if known < len(log):
         recording.warnings.append(f"{len(log) - known} moves of the log have no marker and are left out")
     return onsets
-
-
-def _alone(recording: Recording) -> pd.DataFrame:
-    return separate(recording.markers, recording, least_gap_s=0.0, twins="keep")
 
 
 def by_name(markers: pd.DataFrame, log: pd.DataFrame, subject: str) -> tuple[np.ndarray, int, int] | None:

@@ -166,7 +166,7 @@ def _read(config: Config, unit: str) -> _Acquired:
         foreign.shape(signals, config)
         onsets = sessions.match(signals, log, unit, config)
         signals.origins = origin.vouched(signals.origins, config.recorded)
-        table = study_trials(sessions.place(log, onsets), unit, signals.sfreq)
+        table = study_trials(dataset.place(log, onsets.onset_s), unit, signals.sfreq)
         return _Acquired(signals, table, onsets=sessions.table(log, onsets, unit))
     files = layout.recording_files(config.path, unit)
     signals = foreign.read(files, config)

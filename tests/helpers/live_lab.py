@@ -31,6 +31,7 @@ episodes_per_block = 6
 [record]
 look_s = 1.0
 """
+# Loopback only, and no stream of another run: liblsl reads it once, before its first call in a process.
 LSL = """[lab]
 KnownPeers = {{127.0.0.1}}
 SessionID = {session}

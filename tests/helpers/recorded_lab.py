@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from virtual_streams import Sender, VirtualNetwork
 
-from hrcneuro.live import faults, journal, part, session
+from hrcneuro.live import faults, journal, part, preparation, session
 from hrcneuro.live.amplifier import TRIGGER, Amplifier, Replay
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.paradigm import markers
@@ -61,10 +61,10 @@ class Lab:
         self.amplifier.step()
 
     def begin(self, number):
-        opened = session.prepare(self.network, self.network.clock, self.network.wait, OPTIONS)
-        session.refuse(opened.problems)
+        opened = preparation.prepare(self.network, self.network.clock, self.network.wait, OPTIONS)
+        preparation.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {})
-        path = session.part_path(self.folder, number)
+        path = part.path_of(self.folder, number)
         self.notes.begin({"file": path.name})
         self.session = session.Session(
             self.network, self.network.clock, opened, OPTIONS, part.Part(path, started=f"2026-01-01T00:0{number}:00"),

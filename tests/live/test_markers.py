@@ -14,23 +14,13 @@ import threading
 import numpy as np
 import pandas as pd
 import pytest
+from live_lab import LSL
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import onsets
 from hrcneuro.live.markers import NAME, MarkerOutlet
 from hrcneuro.live.transport import TRUTH
 
-# Loopback only, and no stream of another run: liblsl reads it once, before its first call in a process.
-ALONE = """[lab]
-KnownPeers = {{127.0.0.1}}
-SessionID = {session}
-[multicast]
-ResolveScope = machine
-[ports]
-IPv6 = disable
-[log]
-level = -2
-"""
 STUDY = """[study]
 name = "one"
 subjects = ["s01"]
@@ -62,7 +52,7 @@ def lsl(tmp_path_factory):
     if "LSLAPICFG" in os.environ:
         pytest.skip("LSLAPICFG is set: this laboratory's streams are its own")
     place = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
-    place.write_text(ALONE.format(session=f"hrcneuro-test-{os.getpid()}"))
+    place.write_text(LSL.format(session=f"hrcneuro-test-{os.getpid()}"))
     os.environ["LSLAPICFG"] = str(place)
     yield pytest.importorskip("mne_lsl.lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
     del os.environ["LSLAPICFG"]

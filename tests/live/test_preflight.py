@@ -9,7 +9,7 @@ import pytest
 from virtual_streams import Amplifier, Sender, VirtualNetwork
 
 from hrcneuro.errors import HardwareError
-from hrcneuro.live import session
+from hrcneuro.live import preparation
 from hrcneuro.live.parameters import Declared, RecordOptions, check_record
 
 PAGE = Path(__file__).parents[2] / "docs" / "recording.md"
@@ -48,7 +48,7 @@ FAULTS = {
 
 
 def prepared(network, options=OPTIONS):
-    return session.prepare(network, network.clock, network.wait, options)
+    return preparation.prepare(network, network.clock, network.wait, options)
 
 
 def test_streams_as_they_should_be_pass():
@@ -62,7 +62,7 @@ def test_each_fault_is_refused_and_its_cause_named(kind):
     opened = prepared(FAULTS[kind](), replace(OPTIONS, rail_uv=1e5 if kind == "railed" else 0.0))
     assert {one.kind for one in opened.problems} == {kind}
     with pytest.raises(HardwareError, match=kind) as refused:
-        session.refuse(opened.problems)
+        preparation.refuse(opened.problems)
     assert refused.value.exit_code == 4
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from virtual_streams import Amplifier, Sender, VirtualNetwork
 
-from hrcneuro.live import journal, part, selfcheck, session
+from hrcneuro.live import journal, part, preparation, selfcheck, session
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.recorder import OWN
 
@@ -45,11 +45,11 @@ class House:
         self.told = []
 
     def begin(self, options=OPTIONS):
-        opened = session.prepare(self.network, self.network.clock, self.network.wait, options)
-        session.refuse(opened.problems)
+        opened = preparation.prepare(self.network, self.network.clock, self.network.wait, options)
+        preparation.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {"subject": "s01"})
         number = 1 + len(list(self.folder.glob("part*.xdf")))
-        path = session.part_path(self.folder, number)
+        path = part.path_of(self.folder, number)
         self.part = part.Part(path, started="2026-01-01T00:00:00+00:00")
         self.notes.begin({"file": path.name})
         self.session = session.Session(
@@ -65,7 +65,7 @@ class House:
             self.session.step()
 
     def read(self, number=1):
-        path = session.part_path(self.folder, number)
+        path = part.path_of(self.folder, number)
         streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
         return {one["info"]["name"][0]: one for one in streams}
 
@@ -287,7 +287,7 @@ def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
     house.go_on(2)
     house.session.close()
     assert ("eeg", "changed") in house.told
-    path = session.part_path(house.folder, 1)
+    path = part.path_of(house.folder, 1)
     streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
     rates = [float(one["info"]["nominal_srate"][0]) for one in streams if one["info"]["name"] == ["amp"]]
     assert rates == [100.0, 250.0]

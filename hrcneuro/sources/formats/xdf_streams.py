@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.live.transport import RECORDER
 
 _EEG_TYPES = frozenset({"eeg", "exg"})
 _MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
-
-RECORDER = "hrcneuro-recorder"
-"""Source id of the stream in which ``hrcneuro record`` marks gaps."""
 
 Stream = dict[str, Any]
 
