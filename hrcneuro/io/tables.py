@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,8 +114,12 @@ def describe(path: Path) -> Table:
 
 def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
     try:
+        # Into memory of Arrow's own: its threads read, and one that lets go of a Python file, or of a Python buffer,
+        # while Python ends takes the whole process down. (A path would do, but Arrow takes UTF-8 only.)
         with path.open("rb") as file:
-            return pq.read_table(file, columns=columns, partitioning=None)
+            content = pa.allocate_buffer(os.fstat(file.fileno()).st_size)
+            file.readinto(memoryview(content))
+        return pq.read_table(pa.BufferReader(content), columns=columns, partitioning=None)
     except (OSError, pa.ArrowInvalid) as error:
         raise DataError(
             f"{path.name} cannot be read as Parquet: {error}",

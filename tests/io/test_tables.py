@@ -1,5 +1,9 @@
 """Parquet artifacts: what is missing stays missing, enumerations keep the order in which they came."""
 
+import io
+import threading
+from typing import ClassVar
+
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
@@ -34,3 +38,30 @@ def test_words_and_gaps_come_back(tmp_path, kinds):
 def test_a_table_may_be_empty(tmp_path):
     write_table({"kind": [], "name": [], "values": []}, tmp_path / "t.parquet", TABLE)
     assert read_table(tmp_path / "t.parquet").empty
+
+
+class _Watched(io.FileIO):
+    """A file that remembers which threads read it."""
+
+    readers: ClassVar[set[int]] = set()
+
+    def read(self, *size):
+        self.readers.add(threading.get_ident())
+        return super().read(*size)
+
+    def readinto(self, buffer):
+        self.readers.add(threading.get_ident())
+        return super().readinto(buffer)
+
+
+def test_a_table_is_read_by_the_thread_that_asks(tmp_path):
+    """A thread of Arrow's that lets go of a Python file while Python ends takes the whole process down (abort)."""
+    path = tmp_path / "t.parquet"
+    write_table({"kind": ["a"] * 9, "name": ["b"] * 9, "values": np.ones((9, 2))}, path, TABLE)
+
+    class Place(type(path)):
+        def open(self, *_arguments, **_options):
+            return _Watched(self)
+
+    assert len(read_table(Place(path))) == 9
+    assert _Watched.readers == {threading.get_ident()}
