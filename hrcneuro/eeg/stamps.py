@@ -63,8 +63,10 @@ def samples_at(times: np.ndarray, parts: list[tuple[int, int]], when: np.ndarray
     A moment up to a sample before or after a segment belongs to it.
     """
     places = np.full(len(when), np.nan)
+    # A thousandth more: whether just one sample lies within one would else be for the processor's rounding to say.
+    reach = 1.001 * period
     for start, stop in parts:
-        inside = (when >= times[start] - period) & (when <= times[stop - 1] + period) & np.isnan(places)
+        inside = (when >= times[start] - reach) & (when <= times[stop - 1] + reach) & np.isnan(places)
         places[inside] = np.interp(when[inside], times[start:stop], np.arange(start, stop))
     return places
 

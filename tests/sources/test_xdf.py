@@ -187,6 +187,14 @@ def test_units_of_voltage(text, unit):
     assert voltage_unit(text) == unit
 
 
+@pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
+def test_a_moment_just_one_sample_away_belongs_to_the_segment_whatever_the_rounding(rounding):
+    times = 5 + np.arange(9) / 10
+    when = np.array([times[0] - 0.1, times[-1] + 0.1]) + [-rounding, rounding]
+    assert np.isfinite(samples_at(times, [(0, 9)], when, 0.1)).all()
+    assert np.isnan(samples_at(times, [(0, 9)], times[[0, -1]] + [-0.11, 0.11], 0.1)).all()
+
+
 def test_the_format_s_own_examples():
     """What the examples of the format's maintainers must give, as their descriptions have it."""
     if not SHARED.is_dir():
