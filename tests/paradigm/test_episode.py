@@ -57,7 +57,7 @@ def test_a_wrong_key_moves_and_the_pending_tile_waits():
 def test_what_goes_wrong_depends_on_no_key(seed):
     everywhere = Areas(frozenset(TILES))
     careful = play(episode(everywhere, error_rate=0.4, seed=seed), Human(0.0), keys=np.random.default_rng(1))
-    clumsy = play(episode(everywhere, error_rate=0.4, seed=seed), Human(0.9), keys=np.random.default_rng(2))
+    clumsy = play(episode(everywhere, error_rate=0.4, seed=seed), Human(0.3), keys=np.random.default_rng(2))
     both = min(len(careful), len(clumsy))
     assert [move.error for move in careful[:both]] == [move.error for move in clumsy[:both]]
 
