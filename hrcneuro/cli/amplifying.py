@@ -21,17 +21,16 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
 from hrcneuro.live.amplifier import TRIGGER, Amplifier, Replay, Signal
 from hrcneuro.live.faults import Fault
+from hrcneuro.live.listening import Listening
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
-from hrcneuro.live.transport import TRUTH, Inlet, Lost
 from hrcneuro.sources import origin
 
 if TYPE_CHECKING:
     from hrcneuro.eeg.synthetic.endless import Endless
 
 _STEP_S = 0.005
-_LOOK_EVERY_S = 0.5
 
 
 @dataclass
@@ -125,7 +124,7 @@ def run(
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
         twin = opened(_run_of(subject, "twin")) if any(one.kind == "twin" for one in faults) else None
         person = Person(amplifier, brain)
-        listening = _Listening(network, person) if source is None else None
+        listening = Listening(network, network.clock, person) if source is None else None
         sender = _Sender(source, amplifier, subject) if source is not None else None
         if as_json:
             print(json.dumps({"command": "amp", "ok": True, "stream": stream}), flush=True)
@@ -138,7 +137,7 @@ def run(
     return 0
 
 
-def _keep_pace(amplifier: Amplifier, listening: _Listening | None, sender: _Sender | None, seconds: float) -> None:
+def _keep_pace(amplifier: Amplifier, listening: Listening | None, sender: _Sender | None, seconds: float) -> None:
     ended = threading.Event()
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -199,49 +198,6 @@ def _outlets(
         units=[*[unit] * len(kinds), "none"],
         remark=remark,
     )
-
-
-class _Listening:
-    """The streams of a running session that the person sees: its markers, and the truth."""
-
-    def __init__(self, network: LslNetwork, person: Person) -> None:
-        self._network, self._person = network, person
-        self._inlets: dict[str, Inlet] = {}
-        self._offset: dict[str, float] = {}
-        self._looked = 0.0
-
-    def step(self) -> None:
-        """Take what was said."""
-        now = self._network.clock()
-        if now - self._looked > _LOOK_EVERY_S:
-            self._looked = now
-            self._find()
-        # Truth first: a marker that came with it must find it.
-        for name in (TRUTH, MARKERS):
-            if name in self._inlets:
-                self._take(name)
-
-    def _find(self) -> None:
-        for one in self._network.visible():
-            if one.name in (TRUTH, MARKERS) and one.name not in self._inlets:
-                with contextlib.suppress(Lost):
-                    self._inlets[one.name] = self._network.open(one)
-
-    def _take(self, name: str) -> None:
-        inlet = self._inlets[name]
-        try:
-            samples = inlet.pull()
-            for _, offset in inlet.offsets():
-                self._offset[name] = offset
-        except Lost:
-            self._inlets.pop(name).close()
-            return
-        offset = self._offset.get(name, 0.0)
-        for stamp, row in zip(samples.stamps, samples.values, strict=True):
-            if name == TRUTH:
-                self._person.knows(str(row[0]), offset)
-            else:
-                self._person.hears(str(row[0]), float(stamp) + offset)
 
 
 class _Sender:

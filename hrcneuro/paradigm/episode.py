@@ -37,7 +37,7 @@ class Episode:
     """
 
     def __init__(self, path: tuple[Tile, ...], owners: Owners, *, error_rate: float, errors: np.random.Generator):
-        """Begin on the path's first tile; ``errors`` draws twice for each move, so what goes wrong depends on no key."""
+        """Begin on the first tile; ``errors`` draws twice for each move, so that what goes wrong depends on no key."""
         self.path, self.owners = path, owners
         self.moves: list[Move] = []
         self.tile = path[0]

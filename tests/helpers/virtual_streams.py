@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from hrcneuro.live.transport import Lost
-from hrcneuro.live.virtual import VirtualOutlet
 from hrcneuro.live.virtual import VirtualNetwork as Network
+from hrcneuro.live.virtual import VirtualOutlet
 
 
 class Sender(VirtualOutlet):
