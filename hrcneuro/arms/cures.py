@@ -26,6 +26,7 @@ _CAUSES = {
     ),
     Cause.LATE: f"keep this machine awake and free of other work, and let nothing suspend the session, {_AGAIN}",
     Cause.NOT_KEPT: f"free space where recordings lie (robot.rescue_folder), {_AGAIN}",
+    Cause.ALONE: "see why the command that asked for the motions has ended, then start it again",
     Cause.SLIDER: f"set it to 100 %, {_AGAIN}",
     Cause.NO_NUMBER: "check robot.cell and the path that was asked for",
     Cause.OUT_OF_BOX: "check robot.cell and the path that was asked for",
