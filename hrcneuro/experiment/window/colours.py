@@ -10,12 +10,13 @@ from __future__ import annotations
 Colour = tuple[int, int, int]
 
 BACKGROUND: Colour = (24, 27, 32)
-LINES: Colour = (24, 27, 32)
 BARE: Colour = (78, 84, 94)
 """A tile that is nobody's."""
-AREAS: dict[str, Colour] = {"green": (66, 160, 82), "blue": (27, 62, 150)}
+AREAS: dict[str, Colour] = {"green": (66, 160, 82), "blue": (24, 57, 142)}
 SEAM: Colour = (245, 245, 240)
 """The line between the two areas."""
+FRAME: Colour = (128, 134, 144)
+"""The line around the grid."""
 PATH: Colour = (255, 246, 220)
 EDGE: Colour = (12, 14, 17)
 START: Colour = (12, 14, 17)

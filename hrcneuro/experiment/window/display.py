@@ -88,7 +88,7 @@ def _pixels_per_metre(
         return float("nan"), FITTED
     if options.pixels_per_cm > 0.0:
         return 100 * options.pixels_per_cm, CONFIGURED
-    # A screen that a program only imitates has no wire, and shows no true size; its pixels may be those of one that has.
+    # What shows nothing has no size; its pixels may happen to be those of a screen that has one.
     real = pygame.display.get_driver() in ("x11", "wayland", "kmsdrm")
     said = edid.pixels_per_metre(screen, edid.connected()) if real else None
     return (100 * measure(surface, options), CARD) if said is None else (said, SAID)

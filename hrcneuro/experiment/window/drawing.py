@@ -78,6 +78,8 @@ def tool_mark(layout: Layout) -> pygame.Surface:
 
 def _tiles(surface: pygame.Surface, scene: Scene, layout: Layout) -> None:
     line = max(1, round(_LINE * layout.tile))
+    surface.fill(colours.FRAME, _inset(layout.grid, -line))
+    surface.fill(colours.BACKGROUND, layout.grid)
     for tile in TILES:
         left, top, width, height = layout.box(*tile)
         box = left + line // 2, top + line // 2, width - line, height - line
@@ -186,7 +188,7 @@ def _legend_height(scene: Scene, layout: Layout) -> int:
     if scene.alarm:
         return 0
     if scene.scenario == "sC" and scene.human_colour:
-        return round(2.0 * layout.tile)
+        return round(2.2 * layout.tile)
     return round(2.6 * layout.tile) if scene.scenario == "iC" and scene.human_directions else 0
 
 
@@ -196,13 +198,13 @@ def _legend(surface: pygame.Surface, scene: Scene, box: Box, layout: Layout, fon
     if scene.scenario == "iC":
         _arrows(surface, scene.human_directions, (left + width / 2, top + height / 2), height)
         return
-    patch, wide = round(1.2 * layout.tile), min(round(2.6 * layout.tile), width // 2)
+    patch, gap, wide = round(1.2 * layout.tile), round(0.2 * layout.tile), min(round(2.6 * layout.tile), width // 2)
     for text, colour, at in ((YOU, scene.human_colour, -wide), (ROBOT, _other(scene.human_colour), 0)):
         middle = left + width // 2 + at + wide // 2
         square = middle - patch // 2, top, patch, patch
         surface.fill(colours.AREAS[colour], square)
         pygame.draw.rect(surface, colours.SEAM, square, max(1, patch // 24))
-        label = middle - wide // 2, top + patch, wide, max(1, height - patch)
+        label = middle - wide // 2, top + patch + gap, wide, max(1, height - patch - gap)
         surface.blits(words.set_words("", (text,), label, _x_height(layout), colours.TEXT, font).placed)
 
 

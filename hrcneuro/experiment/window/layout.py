@@ -1,10 +1,10 @@
 """Where things lie in the picture, in pixels. Numbers only.
 
 The picture is laid out as the person sees it, who sits opposite the arm and looks toward its base (paper § 2.3.1): the
-picture's top is the far edge, at the robot. Row 0 lies nearest to the base (:class:`hrcneuro.robot.cell.Cell`), so it is
-the picture's top row; column 0 is at the person's left. The arrow key Up is ``N``, one row less: the tool goes away from
-the person. The grid lies in the middle of the screen, so the screen's middle belongs under the middle of the arm's tiles.
-:meth:`Layout.on_screen` then turns the picture as the screen lies on the table.
+picture's top is the far edge, at the robot. Row 0 lies nearest to the base (:class:`hrcneuro.robot.cell.Cell`), so it
+is the picture's top row; column 0 is at the person's left. The arrow key Up is ``N``, one row less: the tool goes away
+from the person. The grid lies in the middle of the screen, so the screen's middle belongs under the middle of the arm's
+tiles. :meth:`Layout.on_screen` then turns the picture as the screen lies on the table.
 """
 
 from __future__ import annotations

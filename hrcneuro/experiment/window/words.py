@@ -1,9 +1,9 @@
 """Words on the screen: large enough to be read from the person's chair, wrapped, never cut.
 
 A letter x is as high as 0.4° from 1.8 m away: 1.8 m × tan 0.4° = 12.6 mm. In the paper's cell (§ 2.3.1) the far edge of
-the grid is about 1.2 m from the person's eyes (1.04 m along the table, and some 0.6 m up), and the screen lies flat, seen
-at 30°, so that letters look half as high: 0.3° are left at the far edge, more everywhere else. Reading no longer gains by
-larger print from 0.2° on (Legge & Bigelow, Journal of Vision 2011, doi:10.1167/11.5.8).
+the grid is about 1.2 m from the person's eyes (1.04 m along the table, and some 0.6 m up), and the screen lies flat,
+seen at 30°, so that letters look half as high: 0.3° are left at the far edge, more everywhere else. Reading no longer
+gains by larger print from 0.2° on (Legge & Bigelow, Journal of Vision 2011, doi:10.1167/11.5.8).
 Where the words do not fit at that size, they are set smaller until they do.
 """
 
