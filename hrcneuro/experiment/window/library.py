@@ -15,6 +15,8 @@ _SETTINGS = {
     # Signals are for whoever started the process.
     "SDL_NO_SIGNAL_HANDLERS": "1",
     "SDL_VIDEO_ALLOW_SCREENSAVER": "0",
+    # Straight to the window system: through OpenGL in software, a frame took most of a core.
+    "SDL_FRAMEBUFFER_ACCELERATION": "0",
 }
 
 

@@ -1,8 +1,9 @@
 """What runs in the window's process: pictures in, keys out.
 
-A key's time is read right after the window system wakes this process, so nothing may keep it from waiting for the next
-one. Pictures are drawn by a second thread, off the screen; the first one only copies them onto it. Nothing is drawn but
-when something has changed: sixty times a second while a drawn tool moves, else once a scene.
+A key's time is read when pygame-ce hands the key over: it looks for keys every millisecond, and does so only while it
+is waited for. So pictures are drawn by a second thread, off the screen; the first one only copies them onto it, and
+waits again. Nothing is drawn but when something has changed: sixty times a second while a drawn tool moves, else once a
+scene.
 """
 
 from __future__ import annotations
