@@ -70,6 +70,7 @@ class Flow:
         self._block: DrawnBlock | None = None
         self._episodes: Iterator[Any] = iter(())
         self._escaped = float("-inf")
+        self._now = 0.0  # of what happened last
         self._tool: m.Motion | None = None
         show(scenes.welcome())
 
@@ -77,6 +78,7 @@ class Flow:
 
     def tick(self, now: float) -> None:
         """Let what was waited for happen, if its time has come."""
+        self._now = now
         if self.wakes is not None and now >= self.wakes:
             then, self.wakes, self._then = self._then, None, None
             if then is not None:
@@ -84,6 +86,7 @@ class Flow:
 
     def report(self, report: m.Report) -> None:
         """Take what the arm's side says."""
+        self._now = report.when
         if isinstance(report, m.Health):
             self.seen.health = report
         elif isinstance(report, m.Ready):
@@ -157,6 +160,11 @@ class Flow:
             self.wakes = self._then = None
             self._turns.close()
             self._hold(then or self._path_appears)
+
+    def trouble(self, problem: str, cure: str) -> None:
+        """Pause for something that a person must mend."""
+        self.pause(self._now, problem)
+        self.seen.trouble, self.seen.cure = problem, cure
 
     def end(self, now: float, why: str) -> None:
         """End the session as soon as the arm rests."""

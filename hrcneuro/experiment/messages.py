@@ -196,3 +196,11 @@ class Closed:
 
     problem: str = ""
     cure: str = ""
+
+
+@dataclass(frozen=True)
+class Focus:
+    """The window has got the keyboard (``has``), or another window has it: then the person's keys go there."""
+
+    has: bool
+    when: float

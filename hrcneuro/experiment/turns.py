@@ -33,6 +33,7 @@ class Turn:
         onset: When its motion began, seconds; NaN until it does.
         marked: The stamp of its marker on LSL's clock; NaN without one.
         again: It is made once more, since the arm was stopped in it.
+        last: It ends the episode.
     """
 
     move: Move
@@ -42,6 +43,7 @@ class Turn:
     onset: float = math.nan
     marked: float = math.nan
     again: bool = False
+    last: bool = False
 
 
 class Turns:
@@ -221,7 +223,7 @@ class Turns:
         text = markers.of_move(**self.where, trial=move.trial)
         go = m.Go(self._count, start, (move.row, move.col), t_f, text, self._code)
         self._count += 1
-        turn = Turn(move, go, self.where)
+        turn = Turn(move, go, self.where, last=self.episode.over)
         self._decided.append(turn)
         return turn
 
