@@ -77,8 +77,8 @@ def check(setup: Setup) -> None:
     """
     if not setup.real_time and not setup.options.drawn_tool and setup.robot.backend != "sim":
         raise ConfigError(
-            f"experiment.pace = 'virtual' with robot.backend = {setup.robot.backend!r}; allowed: sim, which alone has a "
-            "virtual clock",
+            f"experiment.pace = 'virtual' with robot.backend = {setup.robot.backend!r}; allowed: sim, which alone has "
+            "a virtual clock",
             cure="leave --backend out, or run in real time: --pace real",
         )
 
