@@ -147,7 +147,8 @@ class Log:
     def block(self, block: Block, owners: Owners, when: float | None = None) -> None:
         """Write that a block begins, with who owns what in it."""
         areas = isinstance(owners, Areas)
-        self._block, self._episode = block, None
+        self._close_episode()
+        self._block = block
         self._tell(
             experiments.BLOCK, when, scenario=block.scenario, practice=block.practice, block=block.number,
             episodes=block.episodes, human_tiles=sorted(owners.human) if isinstance(owners, Areas) else [],

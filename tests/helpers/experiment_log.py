@@ -6,9 +6,9 @@ import numpy as np
 
 from hrcneuro.experiment.log import Log
 from hrcneuro.paradigm.conditions import EPISODE
-from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Areas, Directions
+from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Areas, Directions, actor_of
 from hrcneuro.paradigm.params import SessionParams
-from hrcneuro.paradigm.partners import Move
+from hrcneuro.paradigm.partners import Move, robot_plan
 from hrcneuro.paradigm.retrace import retrace
 from hrcneuro.paradigm.session import protocol, simulate_session
 
@@ -71,10 +71,15 @@ def move_of(row):
 
 def owners_of(block, study):
     """Return owners under which the moves of a block can have happened."""
-    is_it = (study.blocks["practice"] == block.practice) & (study.blocks["block"] == block.number)
-    if block.scenario == "iC":
-        known = study.blocks["directions"][is_it].iloc[0]
-        return Directions(frozenset(known)) if known else Directions(DIRECTION_PAIRS[0])
     moves = study.moves[(study.moves["practice"] == block.practice) & (study.moves["block"] == block.number)]
-    human = moves[moves["actor"] == "human"]
-    return Areas(frozenset(zip(human["before_row"].tolist(), human["before_col"].tolist(), strict=True)), "blue")
+    human = moves["actor"] == "human"
+    if block.scenario == "sC":
+        return Areas(frozenset(zip(*(moves[human][f"before_{name}"].tolist() for name in ("row", "col")), strict=True)))
+    rows = list(zip(moves["actor"], moves["target"], moves["intended"], strict=True))
+    return next(owners for owners in map(Directions, DIRECTION_PAIRS) if all(_fits(owners, *row) for row in rows))
+
+
+def _fits(owners, actor, target, intended):
+    if actor != actor_of(owners, (0, 0), target):
+        return False
+    return intended in owners.human if actor == "human" else intended == robot_plan(owners, target)
