@@ -15,6 +15,7 @@ from hrcneuro.cli import (  # noqa: F401
     cache,
     config,
     doctor,
+    experiment,
     export,
     init,
     record,

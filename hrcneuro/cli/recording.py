@@ -28,7 +28,7 @@ from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.live import journal, preparation, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
-from hrcneuro.live.part import Part, number_of, path_of
+from hrcneuro.live.part import LOCK, Part, number_of, path_of
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
@@ -199,7 +199,7 @@ def _lock(folder: Path) -> None:
     Raises:
         HardwareError: It does.
     """
-    file = os.open(folder / ".recording", os.O_RDWR | os.O_CREAT, 0o666)
+    file = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:

@@ -72,6 +72,11 @@ class ArmProcess:
         """Number of the process."""
         return self._process.pid
 
+    @property
+    def over(self) -> bool:
+        """Whether its last report was taken."""
+        return self._over
+
     def send(self, request: Request) -> None:
         """Ask for something; where the arm's side has ended, its last report says why.
 

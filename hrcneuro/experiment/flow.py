@@ -29,7 +29,6 @@ class Flow:
     Attributes:
         seen: For the experimenter.
         over: Nothing more will happen.
-        whole: Every block was done to its end.
         wakes: When :meth:`tick` is to be called next, seconds; none: nothing is waited for.
     """
 
@@ -54,7 +53,7 @@ class Flow:
             restart: Begins with the arm anew, after it was stopped.
         """
         self.seen = Seen()
-        self.over = self.whole = False
+        self.over = False
         self.wakes: float | None = None
         self._blocks, self._turns, self._pacing = iter(blocks), turns, pacing
         self._arm, self._restart, self._show, self._log = arm, restart, show, log
@@ -182,7 +181,7 @@ class Flow:
     def _next_block(self, now: float) -> None:
         self._block = next(self._blocks, None)
         if self._block is None:
-            self.whole = True
+            self.seen.whole = True
             self._log.event("session ends", now)
             self._finish()
             return
@@ -308,7 +307,7 @@ class Flow:
         self._gone, self._resting, self._pause, self._held = True, False, None, None
         self.wakes = self._then = self._read = None
         self._turns.close()
-        if self._ending or self.whole:
+        if self._ending or self.seen.whole:
             self._finished()
         else:
             self._show(scenes.trouble("The robot was stopped."))
@@ -329,13 +328,13 @@ class Flow:
         self._turns.close()
         self.wakes = self._then = self._read = None
         self.seen.phase = "the end"
-        self._show(scenes.end() if self.whole else scenes.ended_early())
+        self._show(scenes.end() if self.seen.whole else scenes.ended_early())
         self._ending = True
         self._resting = False
         self._arm(m.Finish())
 
     def _finished(self) -> None:
-        self._show(scenes.end() if self.whole else scenes.ended_early())
+        self._show(scenes.end() if self.seen.whole else scenes.ended_early())
         self.over = True
 
     # --- small things ---------------------------------------------------------------------------------------------

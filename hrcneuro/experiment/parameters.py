@@ -87,6 +87,7 @@ class ExperimentOptions:
     watch_recorder: bool = option(
         True, "pause when 'hrcneuro record' of this subject, on this machine, loses a declared stream", keyed=False
     )
+    screen: bool = option(True, "open the person's window; without one only for a simulated person", keyed=False)
     window: WindowOptions = option(WindowOptions(), "the person's screen")
 
 
@@ -97,6 +98,11 @@ def check_experiment(options: ExperimentOptions) -> list[str]:
         mistakes.append(
             f"pace = 'virtual' with human = {options.human!r}: no person keeps up with a virtual clock; allowed: "
             "human = 'simulated' (--human simulated)"
+        )
+    if not options.screen and options.human != "simulated":
+        mistakes.append(
+            f"screen = false with human = {options.human!r}: a person sees and presses in a window; allowed with "
+            "human = 'simulated'"
         )
     if options.truth and options.human != "simulated":
         mistakes.append(

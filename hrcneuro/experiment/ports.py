@@ -76,3 +76,4 @@ class Seen:
     trouble: str = ""
     cure: str = ""
     stops: int = 0
+    whole: bool = False  # every block was done to its end

@@ -129,7 +129,7 @@ def opened(
         flow = Flow(left, turns, _pacing(setup), arm=arm, restart=restart, show=show, log=kept)
         kept.trouble = flow.trouble
         yield Running(flow, log, turns)
-        log.close(complete=flow.whole, why="" if flow.whole else "ended early")
+        log.close(complete=flow.seen.whole, why="" if flow.seen.whole else "ended early")
 
 
 def lasts_s(setup: Setup, blocks: list[DrawnBlock] | None = None) -> float:

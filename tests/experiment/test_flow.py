@@ -41,7 +41,7 @@ def test_a_simulated_person_at_the_keys_gives_the_simulated_studys_rows(seed):
     params = SessionParams(practice_episodes=2, blocks=4, episodes_per_block=4)
     lab = Lab(params, seed=seed).run()
     assert lab.flow.over
-    assert lab.flow.whole
+    assert lab.flow.seen.whole
     same(rows(lab), expected(params, seed))
     onsets = np.array([row["onset_s"] for row in lab.log.rows])
     assert (np.diff(onsets) >= 0.6).all()
@@ -114,7 +114,7 @@ def test_a_pause_comes_at_rest_and_goes_on_with_the_same_session():
     assert not lab.turns.released
     lab.flow.order(Order.GO_ON, lab.now)
     lab.run()
-    assert lab.flow.whole
+    assert lab.flow.seen.whole
     same(rows(lab), expected())
 
 
@@ -129,7 +129,7 @@ def test_an_arm_that_was_stopped_makes_the_move_again_and_nothing_else_changes(m
     assert lab.scenes[-1].alarm
     lab.flow.order(Order.GO_ON, lab.now)
     lab.run()
-    assert lab.flow.whole
+    assert lab.flow.seen.whole
     assert lab.flow.seen.stops == 1
     same(rows(lab), expected())
 
@@ -143,7 +143,7 @@ def test_a_stop_at_any_instant_loses_and_doubles_no_row(steps):
     lab.run()
     lab.flow.order(Order.GO_ON, lab.now)
     lab.run()
-    assert lab.flow.whole
+    assert lab.flow.seen.whole
     same(rows(lab), expected())
 
 
@@ -158,7 +158,7 @@ def test_a_pause_at_any_instant_changes_nothing_but_times(steps):
         assert lab.scenes[-1].alarm
         lab.flow.order(Order.GO_ON, lab.now)
         lab.run()
-    assert lab.flow.whole
+    assert lab.flow.seen.whole
     same(rows(lab), expected())
 
 
@@ -171,7 +171,7 @@ def test_escape_twice_ends_at_rest(steps):
     lab.flow.key(m.Key("escape", lab.now + 0.5))
     lab.run()
     assert lab.flow.over
-    assert not lab.flow.whole
+    assert not lab.flow.seen.whole
     assert isinstance(lab.sent[-1][1], m.Finish)
     done = lab.log.rows
     whole = ["scenario", "block", "episode", "trial", "actor", "intended", "executed", "error", "row", "col"]
@@ -182,7 +182,7 @@ def test_one_escape_does_nothing():
     lab = Lab(SMALL)
     lab.flow.key(m.Key("escape", 1.0))
     lab.flow.key(m.Key("escape", 4.0))
-    assert lab.run().flow.whole
+    assert lab.run().flow.seen.whole
 
 
 def test_a_session_that_was_broken_off_goes_on_as_it_would_have():
