@@ -114,12 +114,12 @@ def run(
     Raises:
         HardwareError: mne-lsl is absent.
     """
-    brain = None if source is not None else _brain(study, subject)
-    signal_, kinds = (source.signal, source.kinds) if source is not None else (brain, _kinds())
+    brain = None if source is not None else brain_of(study, subject)
+    signal_, types = (source.signal, source.kinds) if source is not None else (brain, kinds())
     assert signal_ is not None
     with LslNetwork() as network:
         remark = source.remark if source is not None else origin.mark_of(origin.SYNTHETIC)
-        opened = _outlets(stream, subject, signal_, kinds, faults, remark)
+        opened = _outlets(stream, subject, signal_, types, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
         twin = opened(_run_of(subject, "twin")) if any(one.kind == "twin" for one in faults) else None
@@ -128,7 +128,7 @@ def run(
         sender = _Sender(source, amplifier, subject) if source is not None else None
         if as_json:
             print(json.dumps({"command": "amp", "ok": True, "stream": stream}), flush=True)
-        talk.say(f"{stream}: {len(kinds)} channels and {TRIGGER} at {signal_.sfreq:g} Hz; Ctrl-C ends it")
+        talk.say(f"{stream}: {len(types)} channels and {TRIGGER} at {signal_.sfreq:g} Hz; Ctrl-C ends it")
         _keep_pace(amplifier, listening, sender, seconds)
         amplifier.close()
         if twin is not None:
@@ -165,7 +165,8 @@ def _of_moves(person: Person) -> str:
     return late + (f"; {person.unknown} moves without truth" if person.unknown else "")
 
 
-def _brain(study: Settings, subject: str) -> Endless:
+def brain_of(study: Settings, subject: str) -> Endless:
+    """Return the EEG of a simulated person, without an end."""
     from hrcneuro.eeg.synthetic.endless import Endless
     from hrcneuro.sources.simulated import generator
 
@@ -175,7 +176,8 @@ def _brain(study: Settings, subject: str) -> Endless:
     return Endless(params=sound, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"))
 
 
-def _kinds() -> Sequence[str]:
+def kinds() -> Sequence[str]:
+    """Return what each of its channels is, ``eeg`` or ``eog``."""
     from hrcneuro.eeg.synthetic.head import CH_TYPES
 
     return CH_TYPES

@@ -19,6 +19,7 @@ from hrcneuro.cli import (  # noqa: F401
     export,
     init,
     record,
+    rehearse,
     robot,
     run,
     simulate,

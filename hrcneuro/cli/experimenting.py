@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,38 +36,35 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
             f"{len(subjects)} subjects, {', '.join(subjects)}, in real time; allowed: one at a time",
             cure="name one, or run all with --human simulated --pace virtual",
         )
-    code, told = 0, []
+    code, sessions = 0, []
     for subject in dict.fromkeys(subjects):
         setup = setup_of(study, subject, options.workdir)
         if options.dry_run:
-            told.append(_would(setup, resume))
+            sessions.append(_would(setup, resume))
             continue
         seen = _real(options, study, setup, resume) if real else _virtual(setup, resume)
-        told.append(_told(setup, seen))
+        sessions.append(told(setup, seen))
         code = max(code, _code(seen))
         if not options.json:
-            bring.console(options).results(_lines(setup, seen))
+            bring.console(options).results(lines(setup, seen))
     if options.json:
-        print(json.dumps({"command": "experiment", "ok": code == 0, "sessions": told}, indent=1))
+        print(json.dumps({"command": "experiment", "ok": code == 0, "sessions": sessions}, indent=1))
     elif options.dry_run:
-        print(
-            "\n".join(
-                f"{one['subject']}: {one['blocks']} blocks, the arm {one['arm']}, {one['pace']} pace" for one in told
-            )
-        )
+        for one in sessions:
+            print(f"{one['subject']}: {one['blocks']} blocks, the arm {one['arm']}, {one['pace']} pace")
     return code
 
 
 def setup_of(study: Settings, subject: str, workdir: Path) -> Setup:
     """Return what a subject's session is run with."""
-    acquire = study.sections["acquire"]
+    acquire, robot = study.sections["acquire"], study.sections["robot"]
     return Setup(
         subject,
         study.live["experiment"],
         acquire.session,
         acquire.timing,
         acquire.seed,
-        study.sections["robot"],
+        replace(robot, rescue_folder=str(workdir.absolute() / robot.rescue_folder)),
         workdir.absolute() / study.live["record"].folder,
     )
 
@@ -108,7 +106,8 @@ def _code(seen: Seen) -> int:
     return _STOPPED if seen.trouble and seen.stops else _EARLY
 
 
-def _told(setup: Setup, seen: Seen) -> dict[str, Any]:
+def told(setup: Setup, seen: Seen) -> dict[str, Any]:
+    """Return how a session went, for a program."""
     return {
         "subject": setup.subject,
         "folder": str(setup.folder / setup.subject),
@@ -124,7 +123,8 @@ def _told(setup: Setup, seen: Seen) -> dict[str, Any]:
     }
 
 
-def _lines(setup: Setup, seen: Seen) -> list[str]:
+def lines(setup: Setup, seen: Seen) -> list[str]:
+    """Return how a session went, for a person."""
     ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
     keys = f"{counted(seen.keys[''], 'key')}" + (f" (ignored: {ignored})" if ignored else "")
     place = setup.folder / setup.subject
