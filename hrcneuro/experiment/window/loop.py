@@ -79,18 +79,19 @@ class Loop:
         self._now: _Picture | None = None
         self._tool_at: pygame.Rect | None = None
         self._drawn = -math.inf
+        pygame.event.set_blocked(None)
+        pygame.event.set_allowed(_HEARD)
 
     def run(self, parent: Any = None) -> None:
         """Return when the other end of the link, or the process with the sentinel ``parent``, has gone."""
         before = sys.getswitchinterval()
         sys.setswitchinterval(_SWITCH)
-        pygame.event.set_blocked(None)
-        pygame.event.set_allowed(_HEARD)
         self._screen.fill(drawing.colours.BACKGROUND)
         pygame.display.flip()
         reader = threading.Thread(target=self._read, args=(parent,), daemon=True, name="scenes")
         reader.start()
         try:
+            self._link.send(Focus(pygame.key.get_focused(), self._clock()))
             while self._once(pygame.event.wait(self._patience_ms()), self._clock()):
                 pass
         except (BrokenPipeError, ConnectionResetError):
