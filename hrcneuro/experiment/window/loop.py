@@ -220,7 +220,7 @@ class Loop:
         surface = drawing.resting(scene, self._layout, self._font)
         if self._layout.rotate:
             surface = pygame.transform.rotate(surface, -self._layout.rotate)
-        self._put(_Picture(scene, surface.convert(self._screen)))
+        self._put(_Picture(scene, surface))
 
     def _put(self, one: Any) -> None:
         with self._turn:
