@@ -78,7 +78,7 @@ class Loop:
         self._turn = threading.Lock()
         self._now: _Picture | None = None
         self._tool_at: pygame.Rect | None = None
-        self._drawn = -math.inf
+        self._drawn = self._due = -math.inf  # the last frame, and when the next one is due, seconds
         pygame.event.set_blocked(None)
         pygame.event.set_allowed(_HEARD)
 
@@ -112,8 +112,8 @@ class Loop:
             pygame.display.flip()
         elif event.type == _WAKE and not self._take():
             return False
-        # Not while keys wait: an onset is later for a frame, a key's time would be wrong.
-        if self._moving() and self._clock() >= self._drawn + FRAME and not pygame.event.peek(pygame.KEYDOWN):
+        # A frame may come later; a key that waits for it would be told too late.
+        if self._moving() and self._clock() >= self._due and not pygame.event.peek(pygame.KEYDOWN):
             self._move_tool()
         return True
 
@@ -149,6 +149,8 @@ class Loop:
         assert self._now is not None
         assert self._now.scene.tool is not None
         self._drawn = self._clock()
+        # By the clock, not from the last one: waiting is in whole milliseconds, which would add up.
+        self._due = max(self._due + FRAME, self._drawn)
         at = self._layout.on_screen(self._layout.centre(*drawing.tool_tile(self._now.scene.tool, self._drawn)))
         self._tool_at = self._screen.blit(self._tool, self._tool.get_rect(center=at))
         return self._tool_at
@@ -169,7 +171,7 @@ class Loop:
         assert motion is not None
         if motion.start == motion.end or self._drawn >= motion.when + motion.t_f:
             return 0
-        return max(1, math.ceil(1000 * (max(motion.when, self._drawn + FRAME) - self._clock())))
+        return max(1, math.ceil(1000 * (max(motion.when, self._due) - self._clock())))
 
     def _save(self, request: Screenshot) -> None:
         try:
