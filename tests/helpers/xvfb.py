@@ -60,6 +60,12 @@ class Keyboard:
             self._test.XTestFakeKeyEvent(self._display, CODES[name], int(pressed), ctypes.c_ulong(0))
         self._x.XFlush(self._display)
 
+    def print_on(self, name: str, keysym: int) -> None:
+        """Let a key mean something else from now on, as another layout does; for instance 0x61, the letter a."""
+        code, symbols = CODES[name], (ctypes.c_ulong * 2)(keysym, keysym)
+        self._x.XChangeKeyboardMapping(self._display, code, 2, symbols, 1)
+        self._x.XSync(self._display, 0)
+
     def close(self) -> None:
         """Let go of the server."""
         self._x.XCloseDisplay(self._display)

@@ -71,6 +71,16 @@ def latency(window: Window, keyboard: xvfb.Keyboard, what: str, number: int, bou
     )
 
 
+def layout(window: Window, keyboard: xvfb.Keyboard) -> Iterator[Row]:
+    """With another layout the arrow keys are the same keys."""
+    for name in "NESW":
+        keyboard.print_on(name, 0x61)
+    for name in "NESW":
+        keyboard.press(name)
+    came = "".join(key.name for key in heard(window, 5, number=4))
+    yield f"with other letters on the arrow keys: {came}", came == "NESW", ""
+
+
 def moving(window: Window, keyboard: xvfb.Keyboard) -> Iterator[Row]:
     """With a drawn tool that moves: keys, and the processor."""
     window.show(Scene(scenario="iC", path=PATH, tool=Motion((5, 1), (1, 1), seconds(), 20.0)))
@@ -106,7 +116,11 @@ def scenes(window: Window, keyboard: xvfb.Keyboard) -> Iterator[Row]:
         (key,) = heard(window, 2) or [None]
         late.append((key.when - pressed) * 1e3 if key else np.inf)
     p50, p95 = np.percentile(late, [50, 95])
-    yield f"key latency with a new scene each: median {p50:.2f}, p95 {p95:.2f}, max {max(late):.2f} ms", p95 < 10, ""
+    yield (
+        f"key latency with a new scene each: median {p50:.2f}, p95 {p95:.2f}, max {max(late):.2f} ms",
+        p95 < 15,
+        "15 ms allowed",
+    )
 
 
 def pictures(window: Window, keyboard: xvfb.Keyboard) -> Iterator[Row]:
@@ -166,7 +180,15 @@ def calibrated(display: str, keyboard: xvfb.Keyboard) -> Iterator[Row]:
         yield "Escape leaves the calibration", "calibration was left" in error.problem, error.problem
 
 
-RUNS: tuple[Callable[[Window, xvfb.Keyboard], Iterator[Row]], ...] = (keys, moving, scenes, resting, pictures, died)
+RUNS: tuple[Callable[[Window, xvfb.Keyboard], Iterator[Row]], ...] = (
+    keys,
+    layout,
+    moving,
+    scenes,
+    resting,
+    pictures,
+    died,
+)
 
 
 def rows() -> Iterator[Row]:

@@ -111,13 +111,16 @@ def _check_room(size: tuple[int, int], per_metre: float, options: WindowOptions)
 
 
 def _check_font(path: str) -> None:
+    cure = "name a font file, such as a .ttf or .otf"
     try:
-        words.font(path, 20)
-    except (OSError, pygame.error) as error:
+        # Some versions make a font of any file, and fail once it is used.
+        known = words.font(path, 20).metrics("x")
+    except (OSError, ValueError, pygame.error) as error:
         raise ConfigError(
-            f"experiment.window.font = {path!r} cannot be read: {error}",
-            cure="name a font file, such as a .ttf or .otf",
+            f"experiment.window.font = {path!r} is no font that can be read: {error}", cure=cure
         ) from error
+    if not known or known[0] is None:
+        raise ConfigError(f"experiment.window.font = {path!r} has no letter x", cure=cure)
 
 
 def close() -> None:

@@ -78,19 +78,20 @@ class Loop:
         self._turn = threading.Lock()
         self._now: _Picture | None = None
         self._tool_at: pygame.Rect | None = None
-        self._drawn = -math.inf
+        self._drawn = self._due = -math.inf  # the last frame, and when the next one is due, seconds
+        pygame.event.set_blocked(None)
+        pygame.event.set_allowed(_HEARD)
 
     def run(self, parent: Any = None) -> None:
         """Return when the other end of the link, or the process with the sentinel ``parent``, has gone."""
         before = sys.getswitchinterval()
         sys.setswitchinterval(_SWITCH)
-        pygame.event.set_blocked(None)
-        pygame.event.set_allowed(_HEARD)
         self._screen.fill(drawing.colours.BACKGROUND)
         pygame.display.flip()
         reader = threading.Thread(target=self._read, args=(parent,), daemon=True, name="scenes")
         reader.start()
         try:
+            self._link.send(Focus(pygame.key.get_focused(), self._clock()))
             while self._once(pygame.event.wait(self._patience_ms()), self._clock()):
                 pass
         except (BrokenPipeError, ConnectionResetError):
@@ -111,8 +112,8 @@ class Loop:
             pygame.display.flip()
         elif event.type == _WAKE and not self._take():
             return False
-        # Not while keys wait: an onset is later for a frame, a key's time would be wrong.
-        if self._moving() and self._clock() >= self._drawn + FRAME and not pygame.event.peek(pygame.KEYDOWN):
+        # A frame may come later; a key that waits for it would be told too late.
+        if self._moving() and self._clock() >= self._due and not pygame.event.peek(pygame.KEYDOWN):
             self._move_tool()
         return True
 
@@ -148,6 +149,8 @@ class Loop:
         assert self._now is not None
         assert self._now.scene.tool is not None
         self._drawn = self._clock()
+        # By the clock, not from the last one: waiting is in whole milliseconds, which would add up.
+        self._due = max(self._due + FRAME, self._drawn)
         at = self._layout.on_screen(self._layout.centre(*drawing.tool_tile(self._now.scene.tool, self._drawn)))
         self._tool_at = self._screen.blit(self._tool, self._tool.get_rect(center=at))
         return self._tool_at
@@ -168,7 +171,7 @@ class Loop:
         assert motion is not None
         if motion.start == motion.end or self._drawn >= motion.when + motion.t_f:
             return 0
-        return max(1, math.ceil(1000 * (max(motion.when, self._drawn + FRAME) - self._clock())))
+        return max(1, math.ceil(1000 * (max(motion.when, self._due) - self._clock())))
 
     def _save(self, request: Screenshot) -> None:
         try:
@@ -219,7 +222,7 @@ class Loop:
         surface = drawing.resting(scene, self._layout, self._font)
         if self._layout.rotate:
             surface = pygame.transform.rotate(surface, -self._layout.rotate)
-        self._put(_Picture(scene, surface.convert(self._screen)))
+        self._put(_Picture(scene, surface))
 
     def _put(self, one: Any) -> None:
         with self._turn:

@@ -144,7 +144,8 @@ class Window:
         except (EOFError, OSError):
             self._process.join(_LEAVES_S)
             message = Closed(
-                f"the window's process has ended by itself ({_end(self._process.exitcode)})", "begin again"
+                f"the window's process has ended by itself ({_end(self._process.exitcode)})",
+                "see that the screen and the window system are still there, then begin again",
             )
         if isinstance(message, Closed):
             self._gone = True
