@@ -95,11 +95,14 @@ def _moves(config: Source, subject: str) -> pd.DataFrame:
 
 def _arrived(moves: pd.DataFrame, files: Mapping[str, Path]) -> pd.DataFrame:
     """Return the moves of the episodes that were not broken off."""
+    from hrcneuro.paradigm.conditions import EPISODE
     from hrcneuro.sources import experiments
     from hrcneuro.sources.authors_log import block_name
 
     kept = experiments.beside(files["log"])
-    if kept is None or not kept.broken:
+    if kept is None:
         return moves
-    stay = [(block_name(row), row.episode) not in kept.broken for row in moves.itertuples()]
+    sizes = moves.groupby(list(EPISODE), sort=False)["trial"].transform("size")
+    rows = zip(moves.itertuples(), sizes, strict=True)
+    stay = [not kept.broken_off((block_name(row), row.episode), size) for row, size in rows]
     return moves[stay].reset_index(drop=True)

@@ -30,12 +30,21 @@ class Kept:
     """What an experiment kept of a session.
 
     Attributes:
-        broken: Episode -> how many moves it has; those that did not come to their goal.
+        moves: Episode -> how many moves it has.
+        arrived: Episodes that came to their goal.
         directions: Block of iC, in the authors' words -> the human's two directions.
     """
 
-    broken: Mapping[Episode, int] = field(default_factory=dict)
+    moves: Mapping[Episode, int] = field(default_factory=dict)
+    arrived: frozenset[Episode] = frozenset()
     directions: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    def broken_off(self, episode: Episode, moves: int) -> bool:
+        """Return whether an episode that has so many moves in the log may end elsewhere than on its goal.
+
+        The log of an experiment that was killed may lack the last move, which is kept here already.
+        """
+        return episode in self.moves and (episode not in self.arrived or moves == self.moves[episode] - 1)
 
 
 def notes_of(log: Path) -> list[str]:
@@ -47,7 +56,8 @@ def notes_of(log: Path) -> list[str]:
     kept = beside(log)
     return [
         f"{block}, episode {number} was broken off after {moves} move{'s' * (moves != 1)}"
-        for (block, number), moves in (kept.broken.items() if kept else ())
+        for (block, number), moves in (kept.moves.items() if kept else ())
+        if kept and (block, number) not in kept.arrived
     ]
 
 
@@ -71,7 +81,7 @@ def beside(log: Path) -> Kept | None:
                 arrived.add(episode)
         elif entry["kind"] == BLOCK and entry["human_directions"]:
             directions[name_of(entry)] = frozenset(entry["human_directions"])
-    return Kept({episode: count for episode, count in moves.items() if episode not in arrived}, directions)
+    return Kept(moves, frozenset(arrived), directions)
 
 
 def name_of(entry: Mapping[str, Any]) -> str:

@@ -260,7 +260,7 @@ def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, pa
         )
     last = log.groupby(["block", "episode"], sort=False).tail(1)
     astray = last[(last["row"] != last["goal_row"]) | (last["col"] != last["goal_col"])]
-    broken = [episode in kept.broken for episode in zip(astray["block"], astray["episode"], strict=True)]
+    broken = [kept.broken_off((row.block, row.episode), row.trial + 1) for row in astray.itertuples()]
     astray = astray[~pd.Series(broken, index=astray.index, dtype=bool)]
     if len(astray):
         row = astray.iloc[0]

@@ -25,10 +25,11 @@ def main(folder, sizes):
 
 
 def kill_at(process, path, size):
-    """Kill a process once its file is so long."""
+    """Kill a process once its file is so long, or it has come to its end."""
     until = time.monotonic() + _DEADLINE_S
     while (path.stat().st_size if path.exists() else -1) < size and time.monotonic() < until:
-        pass
+        if os.waitpid(process, os.WNOHANG)[0]:
+            return
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
 
