@@ -53,12 +53,12 @@ class LookAhead:
         Raises:
             TooQuick, WayError, Foreseen: With the way, and what is wrong with it.
         """
-        for way in rehearsal.opening(self._workspace, self._pace, self._lead_given):
-            rehearsal.drive(way, self._workspace, make_loop=self._make_loop)
         moves = [_move(start, end, t_f) for start in _TILES for end in neighbours(start)]
         check_durations(moves, self._workspace, acceleration=self._acceleration)
         # A straight way is the same in both directions.
         check_paths([_move(a, b, t_f) for a in _TILES for b in _TILES if a < b], self._workspace)
+        for way in rehearsal.opening(self._workspace, self._pace, self._lead_given):
+            self._drive(way, so="nothing has moved")
         for start, end in permutations([*_CORNERS, CENTRE], 2):
             self._drive(rehearsal.approach(self._workspace, self._pace, start, end), so="nothing has moved")
             self._approaches.add((start, end))

@@ -83,7 +83,7 @@ def serve(
         loop.lead = find_lead(loop, workspace)
         check_lead(loop.lead, most=most_lead)
         loop.resume()
-    tell(Ready(loop.now(), loop.lead or 0.0))
+    tell(Ready(loop.now() - PERIOD, loop.lead or 0.0))
     _Service(loop, workspace, source, pace, tell).run()
 
 
