@@ -81,6 +81,12 @@ def check(setup: Setup) -> None:
             "a virtual clock",
             cure="leave --backend out, or run in real time: --pace real",
         )
+    if not setup.draws_tool and setup.options.screen and setup.options.window.scale != 1.0:
+        raise ConfigError(
+            f"experiment.window.scale = {setup.options.window.scale:g} with the arm {setup.arm.backend!r}: its tiles are "
+            "as large as the grid's; allowed: 1",
+            cure="show the grid at true size: experiment.window.scale = 1",
+        )
 
 
 @dataclass
