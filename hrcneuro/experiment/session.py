@@ -83,8 +83,8 @@ def check(setup: Setup) -> None:
         )
     if not setup.draws_tool and setup.options.screen and setup.options.window.scale != 1.0:
         raise ConfigError(
-            f"experiment.window.scale = {setup.options.window.scale:g} with the arm {setup.arm.backend!r}: its tiles are "
-            "as large as the grid's; allowed: 1",
+            f"experiment.window.scale = {setup.options.window.scale:g} with the arm {setup.arm.backend!r}, whose tiles "
+            "have the grid's true size; allowed: 1",
             cure="show the grid at true size: experiment.window.scale = 1",
         )
 
