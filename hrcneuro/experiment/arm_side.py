@@ -65,6 +65,7 @@ def run(
     *,
     ahead: Ahead | None = None,
     gone: Callable[[], str] = str,
+    say: Callable[[str], object] | None = None,
 ) -> None:
     """Drive the arm until it is asked to finish, or must be stopped; the last report says which.
 
@@ -76,11 +77,12 @@ def run(
         ask: Returns the next request, or none yet; called in every cycle with its time, seconds; it must not wait.
         ahead: Checks every request before the arm is asked; none where that is done elsewhere.
         gone: Says why nobody asks any more; an empty text while somebody does. Then the arm is stopped.
+        say: Takes what the experimenter should read; none: it goes to standard error.
 
     Raises:
         KeyboardInterrupt: As it came, once the arm rests and what it did is kept.
     """
-    with Words(f"experiment {settings.subject}") as words:
+    with Words(f"experiment {settings.subject}", say) as words:
         try:
             side = _Side(settings, words, send, ask, ahead=ahead, gone=gone)
         except Exception as error:

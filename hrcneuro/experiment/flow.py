@@ -62,6 +62,7 @@ class Flow:
         self._read_from = 0.0
         self._held: Callable[[float], None] | None = None  # how a pause goes on
         self._pause: str | None = None
+        self._wrong: tuple[str, str] | None = None  # that nobody has paused for yet, and its cure
         self._ending = self._gone = False
         self._resting = False  # the arm was asked for nothing that it has not done
         self._approached: Callable[[float], None] = self._next_block
@@ -69,7 +70,6 @@ class Flow:
         self._block: DrawnBlock | None = None
         self._episodes: Iterator[Any] = iter(())
         self._escaped = float("-inf")
-        self._now = 0.0  # of what happened last
         self._tool: m.Motion | None = None
         show(scenes.welcome())
 
@@ -77,15 +77,17 @@ class Flow:
 
     def tick(self, now: float) -> None:
         """Let what was waited for happen, if its time has come."""
-        self._now = now
         if self.wakes is not None and now >= self.wakes:
             then, self.wakes, self._then = self._then, None, None
             if then is not None:
                 then(now)
+        if self._wrong is not None:
+            (problem, cure), self._wrong = self._wrong, None
+            self.pause(now, problem)
+            self.seen.trouble, self.seen.cure = problem, cure
 
     def report(self, report: m.Report) -> None:
         """Take what the arm's side says."""
-        self._now = report.when
         if isinstance(report, m.Health):
             self.seen.health = report
         elif isinstance(report, m.Ready):
@@ -136,10 +138,12 @@ class Flow:
         elif self._held is not None:
             self._log.event("goes on", now)
             held, self._held, self._pause = self._held, None, None
-            self.seen.trouble = self.seen.cure = ""
+            self.seen.trouble = self.seen.cure = self.seen.asked = ""
             held(now)
         elif self._pause is not None:
+            self._log.event("goes on", now)
             self._pause = None
+            self.seen.trouble = self.seen.cure = self.seen.asked = ""
         elif self._read is not None:
             self._go_on(now)
 
@@ -152,7 +156,7 @@ class Flow:
         if self._pause is not None or self._gone or self._ending:
             return
         self._pause = why
-        self.seen.trouble = why
+        self.seen.trouble, self.seen.asked = why, "a pause is asked for"
         self._log.event("pause", now, why=why)
         if self._resting and self._read is None and self._held is None:
             then = self._path_appears if self.seen.phase == "moves" else self._then
@@ -161,15 +165,15 @@ class Flow:
             self._hold(then or self._path_appears)
 
     def trouble(self, problem: str, cure: str) -> None:
-        """Pause for something that a person must mend."""
-        self.pause(self._now, problem)
-        self.seen.trouble, self.seen.cure = problem, cure
+        """Pause, with the next :meth:`tick`, for something that a person must mend; what is being done is not cut."""
+        self._wrong = problem, cure
 
     def end(self, now: float, why: str) -> None:
         """End the session as soon as the arm rests."""
         if self._ending:
             return
         self._ending = True
+        self.seen.asked = "the end is asked for"
         self._log.event("ends early", now, why=why)
         if self._gone:
             self._finished()
@@ -203,8 +207,6 @@ class Flow:
     def _next_episode(self, now: float) -> None:
         episode = next(self._episodes, None)
         if episode is None:
-            self._log.event("block ends", now)
-            self.seen.blocks_done += 1
             self._turns.close()
             if self.seen.blocks_done == self._turns.n_blocks:
                 self._next_block(now)
@@ -260,7 +262,7 @@ class Flow:
 
     def _onset(self, report: m.Onset) -> None:
         turn = self._turns.onset(report)
-        self.seen.markers += report.marked == report.marked
+        self.seen.markers += self._pacing.marks
         if turn.move.error:
             self._mark(markers.of_error(**self._turns.where, trial=turn.move.trial), report.when)
         self._tool = m.Motion(turn.go.start, turn.go.end, report.when, turn.go.t_f)
@@ -277,6 +279,7 @@ class Flow:
         if not self._resting:
             return
         if self._turns.done:
+            self.seen.blocks_done += self.seen.episode == self._the_block.block.episodes
             self._gate(report.when, self._next_episode)
         elif self._pause is not None or self._ending:
             self.wakes = self._then = None
@@ -295,7 +298,7 @@ class Flow:
             then(now)
 
     def _hold(self, then: Callable[[float], None]) -> None:
-        self.seen.phase = "pause"
+        self.seen.phase, self.seen.asked = "pause", ""
         # After a pause among moves the path appears anew, and the person has time to see it.
         self._held = then
         self._show(scenes.pause(self._pause or ""))
@@ -303,6 +306,7 @@ class Flow:
     def _halted(self, report: m.Halted) -> None:
         self.seen.stops += 1
         self.seen.phase, self.seen.trouble, self.seen.cure = "the arm was stopped", report.problem, report.cure
+        self.seen.asked = ""
         self._log.event("arm stopped", report.when, problem=report.problem, cure=report.cure, rests=report.rests)
         self._gone, self._resting, self._pause, self._held = True, False, None, None
         self.wakes = self._then = self._read = None
@@ -322,12 +326,16 @@ class Flow:
 
     def _episode_again(self, now: float) -> None:
         self._tool = None
-        self._approach(self._turns.take_back(), self._arrived)
+        tile = self._turns.take_back()
+        if self._turns.done:
+            self._next_episode(now)
+        else:
+            self._approach(tile, self._arrived)
 
     def _finish(self) -> None:
         self._turns.close()
         self.wakes = self._then = self._read = None
-        self.seen.phase = "the end"
+        self.seen.phase, self.seen.asked = "the end", ""
         self._show(scenes.end() if self.seen.whole else scenes.ended_early())
         self._ending = True
         self._resting = False
@@ -372,5 +380,5 @@ class Flow:
         return self._tool or m.Motion(tile, tile, 0.0, 1.0)
 
     def _mark(self, text: str, when: float) -> None:
-        self.seen.markers += 1
+        self.seen.markers += self._pacing.marks
         self._arm(m.Mark(text, when))

@@ -166,7 +166,7 @@ class RealTime:
 
     def _restart(self) -> None:
         self._close_arm()
-        self._arm = ArmProcess(self._arm_settings, self._ahead)
+        self._arm = ArmProcess(self._arm_settings, self._ahead, say=lambda text: self._desk.say(text.rstrip()))
 
     def _close_arm(self) -> None:
         arm, self._arm = self._arm, None
