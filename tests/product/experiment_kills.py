@@ -58,9 +58,7 @@ def _run(folder: Path, whom: str, after_s: float | None) -> float | None:
     words = ["--resume"] if lab.parts_of(place) else []
     served = Served() if whom == "arm" else None
     # The controller of a killed arm's side ends with it: what its arm does is seen on one that stays.
-    arm = (
-        ["--backend", "ur", "--host", served.address, "--i-am-at-the-robot", *lab.BORNE] if served else lab.SIMULATED
-    )
+    arm = ["--backend", "ur", "--host", served.address, "--i-am-at-the-robot", *lab.BORNE] if served else lab.SIMULATED
     screen = {"SDL_VIDEODRIVER": "dummy"} if whom == "window" else {}
     sized = ["--set", "experiment.window.scale=0"] if screen else []
     with lab.Experiment(folder, *arm, *words, *sized, params=BLOCKS, environment=screen, screen=bool(screen)) as run:
