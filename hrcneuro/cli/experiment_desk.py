@@ -8,7 +8,7 @@ import sys
 import termios
 import time
 import tty
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -56,8 +56,17 @@ class Desk:
                 termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
             self._before = None
         if self._live is not None:
-            self._live.stop()
+            with self._while_there():
+                self._live.stop()
             self._live = None
+
+    @contextlib.contextmanager
+    def _while_there(self) -> Iterator[None]:
+        """Write on the terminal as long as there is one: the session does not end with it before it is at rest."""
+        try:
+            yield
+        except OSError:
+            self._live = self._before = None
 
     @property
     def attended(self) -> bool:
@@ -74,7 +83,9 @@ class Desk:
 
         found: list[Order | str] = []
         while self.attended and select([sys.stdin.fileno()], [], [], 0)[0]:
-            pressed = os.read(sys.stdin.fileno(), 64).decode(errors="ignore")
+            pressed = ""
+            with contextlib.suppress(OSError):
+                pressed = os.read(sys.stdin.fileno(), 64).decode(errors="ignore")
             if not pressed:
                 # The terminal has gone.
                 self._before = None
@@ -112,10 +123,11 @@ class Desk:
 
     def say(self, text: str) -> None:
         """Say something at once."""
-        if self._live is not None:
-            self._live.console.print(text, style="bold", highlight=False, markup=False)
-        else:
-            self._talk.say(text)
+        with self._while_there():
+            if self._live is not None:
+                self._live.console.print(text, style="bold", highlight=False, markup=False)
+            else:
+                self._talk.say(text)
 
     def show(self, seen: Seen, now: float) -> None:
         """Draw the table where the time has come; say what is wrong when it becomes so."""
@@ -127,7 +139,8 @@ class Desk:
         if self._live is None or now - self._drawn < _EVERY_S:
             return
         self._drawn = now
-        self._live.update(self._table(seen), refresh=True)
+        with self._while_there():
+            self._live.update(self._table(seen), refresh=True)
 
     def _table(self, seen: Seen) -> RenderableType:
         from rich.console import Group

@@ -36,6 +36,7 @@ Send = Callable[[Report], None]
 Ask = Callable[[float], Request | None]
 
 _HEALTH_S = 0.25
+_AGAIN = "then let the session go on"
 _ANEW = "start the experiment again with --resume: it goes on at the next block"
 
 
@@ -115,7 +116,7 @@ class _Side:
         workspace = ahead.workspace if ahead is not None else Workspace(config.cell)
         self._driven = Driven(
             settings.subject, self._moves, workspace, nan, Path(config.rescue_folder), words,
-            may_be_patient=self._patience, anew=_ANEW,
+            may_be_patient=self._patience, anew=_ANEW, again=_AGAIN,
         )  # fmt: skip
         self._waiting: deque[Request] = deque()
         self._first = True  # the next move follows an approach, or nothing
@@ -135,7 +136,7 @@ class _Side:
                 driven.begin_open_recording(self._settings.expected_s, about=self._settings.about)
             self._drive()
         except BaseException as error:
-            reason = driven.stopped(with_cure(error, may_be_patient=self._patience))
+            reason = driven.stopped(with_cure(error, may_be_patient=self._patience, again=_AGAIN))
             if not self._halted:
                 self._send(_halted(reason, rests=True))
             if isinstance(error, Exception):

@@ -80,3 +80,4 @@ class Seen:
     cure: str = ""
     stops: int = 0
     whole: bool = False  # every block was done to its end
+    interrupted: bool = False  # a signal asked for the end

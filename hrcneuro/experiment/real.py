@@ -97,7 +97,7 @@ class RealTime:
         return self._flow.seen
 
     def _go_on(self) -> None:
-        ended = False
+        ended, seen = False, self._flow.seen
         while not self._flow.over:
             wait(self._sources(), timeout=self._patience())
             now = seconds()
@@ -110,14 +110,14 @@ class RealTime:
                 else:
                     self._flow.remark(asked, now)
             if interrupts.asked() and not ended:
-                ended = True
+                ended = seen.interrupted = True
                 self._flow.end(now, "interrupted")
-            if self._flow.seen.trouble and not self._desk.attended and not ended:
+            if seen.trouble and not self._desk.attended and not ended:
                 ended = True
                 self._flow.end(now, "trouble, and nobody at the terminal")
             self._flow.tick(now)
             self._look(now)
-            self._desk.show(self._flow.seen, now)
+            self._desk.show(seen, now)
 
     def _sources(self) -> list[Any]:
         arm = [self._arm.connection] if self._arm is not None and not self._arm.over else []

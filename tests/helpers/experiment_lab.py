@@ -43,6 +43,7 @@ class Experiment:
     """One run of the command, in a folder that may hold a session already."""
 
     def __init__(self, folder, *words, params=SMALL, environment=None, screen=False, lsl=False, **options):
+        folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.place = folder, folder / "recordings" / SUBJECT
         self.parts = parts_of(self.place)
         path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
@@ -52,7 +53,7 @@ class Experiment:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "hrcneuro", "experiment", SUBJECT, "--human", "simulated", *words,
              "--workdir", str(folder)],
-            env=env, start_new_session=True, **(given | options),
+            env=env, cwd=folder, start_new_session=True, **(given | options),
         )  # fmt: skip
 
     def lines(self, kind):

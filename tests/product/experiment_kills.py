@@ -66,7 +66,7 @@ def _run(folder: Path, whom: str, after_s: float | None) -> float | None:
             rest = _killed(run, whom, served, after_s)
             if rest is None:
                 code, _, err = run.end(600)
-                assert code == 0, err
+                assert code == 0, (code, err)
                 return None
             lab.check_log(place, arm_moves=lab.arm_moves_of(place) if whom != "arm" else None)
             return rest
