@@ -11,7 +11,7 @@ from typing import Any
 from hrcneuro.cli import bring, experimenting, recording, results, timing_of
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import ConfigError, HardwareError, HrcError, StageInterrupted, did_you_mean
+from hrcneuro.errors import ConfigError, HardwareError, StageInterrupted, did_you_mean
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
@@ -59,7 +59,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     return _told(options, subject, folder, seen)
 
 
-def _broken_off(seen: Seen, folder: Path) -> HrcError:
+def _broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:
     kept = f"what was recorded until then is in {folder}"
     cure = "rehearse again: the same command, which begins in a new folder"
     if seen.interrupted:

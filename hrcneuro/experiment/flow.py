@@ -178,7 +178,7 @@ class Flow:
         if self._gone:
             self._finished()
         elif self._resting:
-            self._finish()
+            self._finish(now)
 
     # --- blocks and episodes --------------------------------------------------------------------------------------
 
@@ -187,7 +187,7 @@ class Flow:
         if self._block is None:
             self.seen.whole = True
             self._log.event("session ends", now)
-            self._finish()
+            self._finish(now)
             return
         self.seen.block, self.seen.episode = self._block, 0
         self._turns.begin_block(self._block)
@@ -291,7 +291,7 @@ class Flow:
     def _gate(self, now: float, then: Callable[[float], None]) -> None:
         """Go on with ``then``, unless a pause or the end was asked for: the arm rests."""
         if self._ending:
-            self._finish()
+            self._finish(now)
         elif self._pause is not None:
             self._hold(then)
         else:
@@ -332,13 +332,14 @@ class Flow:
         else:
             self._approach(tile, self._arrived)
 
-    def _finish(self) -> None:
+    def _finish(self, now: float) -> None:
         self._turns.close()
         self.wakes = self._then = self._read = None
         self.seen.phase, self.seen.asked = "the end", ""
         self._show(scenes.end() if self.seen.whole else scenes.ended_early())
         self._ending = True
         self._resting = False
+        self._mark(markers.of_end(self._turns.subject), now)
         self._arm(m.Finish())
 
     def _finished(self) -> None:

