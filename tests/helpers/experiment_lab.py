@@ -145,6 +145,7 @@ def rest_after(stream, deed):
             packet = stream.packet()
             still = 0 if fastest(packet) > 5e-3 else still + 1
             moving = packet[0] if not still else moving
+    stream.link.close()
     assert packet is not None
     assert fastest(packet) <= 5e-3, "the controller ended with an arm that moved"
     return moving + PERIOD - begun
@@ -252,3 +253,9 @@ def entries(place):
 def last(place):
     """Return the last line of ``experiment.jsonl``."""
     return entries(place)[-1]
+
+
+def same_so_far(place, params):
+    """Assert that the moves of a session that nothing has broken off before its end are the simulated study's first."""
+    table = pd.read_parquet(place / "trials.parquet")
+    same(table, expected(params).iloc[: len(table)], broken=True)
