@@ -108,7 +108,7 @@ def _code(seen: Seen) -> int:
         return 0
     if seen.interrupted:
         return interrupts.told()[0]
-    return _STOPPED if seen.trouble and seen.stops else _EARLY
+    return _STOPPED if seen.hardware else _EARLY
 
 
 def told(setup: Setup, seen: Seen) -> dict[str, Any]:

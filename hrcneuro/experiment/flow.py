@@ -138,12 +138,12 @@ class Flow:
         elif self._held is not None:
             self._log.event("goes on", now)
             held, self._held, self._pause = self._held, None, None
-            self.seen.trouble = self.seen.cure = self.seen.asked = ""
+            self._forget_trouble()
             held(now)
         elif self._pause is not None:
             self._log.event("goes on", now)
             self._pause = None
-            self.seen.trouble = self.seen.cure = self.seen.asked = ""
+            self._forget_trouble()
         elif self._read is not None:
             self._go_on(now)
 
@@ -306,7 +306,7 @@ class Flow:
     def _halted(self, report: m.Halted) -> None:
         self.seen.stops += 1
         self.seen.phase, self.seen.trouble, self.seen.cure = "the arm was stopped", report.problem, report.cure
-        self.seen.asked = ""
+        self.seen.asked, self.seen.hardware = "", True
         self._log.event("arm stopped", report.when, problem=report.problem, cure=report.cure, rests=report.rests)
         self._gone, self._resting, self._pause, self._held = True, False, None, None
         self.wakes = self._then = self._read = None
@@ -319,10 +319,14 @@ class Flow:
     def _again(self, now: float) -> None:
         """Begin with the arm anew; a move that was under way is made again, from its start tile."""
         self._log.event("goes on", now)
-        self.seen.trouble = self.seen.cure = ""
+        self._forget_trouble()
         self._gone, self._approached = False, self._afresh
         self._show(scenes.welcome())
         self._restart()
+
+    def _forget_trouble(self) -> None:
+        self.seen.trouble = self.seen.cure = self.seen.asked = ""
+        self.seen.hardware = False
 
     def _episode_again(self, now: float) -> None:
         self._tool = None

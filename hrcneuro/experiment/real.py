@@ -131,8 +131,9 @@ class RealTime:
     def _take_events(self, now: float) -> None:
         for event in self._window.events() if self._window is not None else ():
             if isinstance(event, m.Closed):
+                seen = self._flow.seen
                 if event.problem:
-                    self._desk.say(f"{event.problem}; {event.cure}")
+                    seen.trouble, seen.cure, seen.hardware = event.problem, event.cure, True
                 self._window = None
                 self._flow.end(now, event.problem or "the window was closed")
             elif isinstance(event, m.Key):
@@ -148,6 +149,7 @@ class RealTime:
         self._looked = now
         trouble = self._recorder.look()
         if trouble and trouble != self._trouble:
+            self._flow.seen.hardware = True
             self._flow.trouble(trouble, "see what 'hrcneuro record' says; go on once the stream is back")
         self._trouble = trouble
 

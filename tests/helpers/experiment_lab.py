@@ -31,7 +31,11 @@ SMALL = SessionParams(practice_episodes=0, blocks=4, episodes_per_block=1)
 QUICK = ("--set", "experiment.break_s=0.2", "--set", "experiment.pause_s=0.2")
 # On a busy machine the simulated controller, or who drives it, may be held up: not what is tested.
 SIMULATED = ("--backend", "ursim", "--patient")
-BORNE = ("--set", "robot.max_packet_age_s=0.5", "--set", "robot.max_late_s=0.5")
+BORNE = [
+    word
+    for value in ("max_packet_age_s=0.5", "max_late_s=0.5", "max_path_error_mm=50", "lead_s=0.035")
+    for word in ("--set", f"robot.{value}")
+]
 TIMES = ["onset_s", "t_f_s", "soa_s", "onset_sample"]
 
 

@@ -114,7 +114,7 @@ def _killed(run: lab.Experiment, whom: str, served: Served | None, after_s: floa
     # Without its window a session ends as if asked to: the move under way is made to its end.
     assert rest <= (1.5 if whom == "window" else REST_S), f"{whom}: the arm moved for {rest:.3f} s"
     code, _, err = run.end()
-    assert code == {"experiment": -signal.SIGKILL, "arm": 4, "window": 1}[whom], (code, err)
+    assert code == {"experiment": -signal.SIGKILL, "arm": 4, "window": 4}[whom], (code, err)
     assert lab.ended(others) == []
     return rest
 

@@ -63,36 +63,28 @@ def test_what_cannot_be_begun_is_refused_and_nothing_is_written(hrcneuro, tmp_pa
     assert not list(tmp_path.rglob("experiment.jsonl"))
 
 
-def test_a_session_goes_on_only_as_it_was_begun(hrcneuro, tmp_path):
+def test_ctrl_c_ends_a_session_at_rest_which_goes_on_only_as_it_was_begun(hrcneuro, tmp_path):
+    """A second Ctrl-C changes nothing; nor does another experiment of the subject while this one runs."""
     with lab.Experiment(tmp_path, *ALONE, params=TWO) as run:
         run.until("move", 2)
         with lab.Experiment(tmp_path, *ALONE, "--resume", params=TWO) as second:
             code, _, err = second.end()
             assert code == 4
             assert "another experiment of s01 is running" in err
-        run.process.send_signal(signal.SIGTERM)
-        code, out, _ = run.end()
+        run.process.send_signal(signal.SIGINT)
+        run.until("ends early")
+        run.process.send_signal(signal.SIGINT)
+        code, out, err = run.end()
         assert code == 130
         assert "--resume" in out
+        assert "the session ends as soon as the arm rests" in err
+    assert lab.last(run.place)["kind"] == "end"
     lab.check_log(run.place)
     other = hrcneuro(
         "experiment", "s01", *VIRTUAL, *lab.sized(TWO), "--set", "acquire.seed=7", "--workdir", tmp_path, "--resume"
     )
     assert other.code == 2
     assert "seed is 7, and was 2023" in other.err
-
-
-def test_ctrl_c_ends_the_session_at_rest_and_a_second_one_changes_nothing(tmp_path):
-    with lab.Experiment(tmp_path, *ALONE, params=TWO) as run:
-        run.until("move", 1)
-        run.process.send_signal(signal.SIGINT)
-        run.until("ends early")
-        run.process.send_signal(signal.SIGINT)
-        code, _, err = run.end()
-    assert code == 130, err
-    assert "the session ends as soon as the arm rests" in err
-    assert lab.last(run.place)["kind"] == "end"
-    lab.check_log(run.place)
 
 
 def test_a_killed_experiment_leaves_an_arm_at_rest_and_a_log_that_goes_on(hrcneuro, tmp_path):
