@@ -1,7 +1,7 @@
 """The experiment with simulated persons, whole sessions: ``python tests/product/experiment_subjects.py [SUBJECTS]``.
 
-At virtual pace 12 subjects have their sessions. The rows of each must be those that ``simulate_session`` draws, in every
-column but the times, and the logs must keep all rules of the experiment, as ``acquire --rules`` measures them.
+At virtual pace 12 subjects have their sessions. The rows of each must be those that ``simulate_session`` draws, in
+every column but the times, and the logs must keep all rules of the experiment, as ``acquire --rules`` measures them.
 """
 
 from __future__ import annotations
