@@ -44,6 +44,28 @@ def test_at_virtual_pace_the_rows_are_the_simulated_studys(hrcneuro, tmp_path):
     assert "is complete" in resumed.err
 
 
+def test_at_virtual_pace_ctrl_c_ends_a_session_in_order(start, tmp_path):
+    """No line of the log is cut in two; the sessions that would have followed are not begun."""
+    words = ["experiment", "s01", "s02", *VIRTUAL, "--workdir", tmp_path]
+    process, place = start(*words), tmp_path / "recordings" / "s01"
+    lab.wait_for(lambda: lab.parts_of(place) and len(lab.rows_of(place)) > 20)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "--resume" in out
+    assert lab.last(place)["kind"] == "end"
+    lab.check_log(place)
+    assert not (tmp_path / "recordings" / "s02").exists()
+
+
+def test_a_screen_that_is_smaller_than_the_grid_is_refused(hrcneuro, tmp_path):
+    words = ("s01", *ALONE, "--set", "experiment.window.pixels_per_cm=60", "--workdir", tmp_path)
+    done = hrcneuro("experiment", *words, env={"SDL_VIDEODRIVER": "dummy"})
+    assert done.code == 4
+    assert "the grid needs 49.0 × 49.0 cm" in done.err or "hrcneuro[experiment]" in done.err
+    assert not list(tmp_path.rglob("experiment.jsonl"))
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
