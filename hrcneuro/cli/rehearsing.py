@@ -106,9 +106,8 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen) -> int:
     if options.json:
         print(json.dumps(about, indent=1, default=str))
     else:
-        talk.results(
-            [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_answers(items), f"in {page}"]
-        )
+        session = [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_kept_to(rules, counts)]
+        talk.results([*session, *_answers(items), f"in {page}"])
     return code or int(bool(trouble or broken))
 
 
