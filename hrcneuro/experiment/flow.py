@@ -141,6 +141,7 @@ class Flow:
             self._forget_trouble()
             held(now)
         elif self._pause is not None:
+            # Nothing was held yet: the arm goes on as if nobody had asked.
             self._log.event("goes on", now)
             self._pause = None
             self._forget_trouble()
