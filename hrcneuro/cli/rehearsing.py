@@ -94,20 +94,21 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen) -> int:
         items = bring.bring(where, study, graph.targets(study, _STAGES, [subject]), log)
         code = talk.failures(items)
         log.end(items, code)
-    rules = _rules(study, subject)
-    page = _page(folder, subject, seen, rules, kept, timing, items)
+    rules, counts = _rules(study, subject), _counts(where, subject)
+    page = _page(folder, subject, seen, rules, counts, kept, timing, items)
+    broken = [one["rule"] for one in rules if not one["ok"]]
     about = {
-        "command": "rehearse", "ok": code == 0 and not trouble, "folder": str(folder), "page": str(page),
-        "session": experimenting.told(setup, seen), "rules": rules, "recording": checked, "timing": timing.about,
+        "command": "rehearse", "ok": not (code or trouble or broken), "folder": str(folder), "page": str(page),
+        "session": experimenting.told(setup, seen), "rules": rules, "counts": counts, "recording": checked,
+        "timing": timing.about,
         "stages": {item.stage: item.summary for item in _main(items)},
     }  # fmt: skip
     if options.json:
         print(json.dumps(about, indent=1, default=str))
     else:
-        talk.results(
-            [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_answers(items), f"in {page}"]
-        )
-    return code or (1 if trouble else 0)
+        session = [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_kept_to(rules, counts)]
+        talk.results([*session, *_answers(items), f"in {page}"])
+    return code or int(bool(trouble or broken))
 
 
 def _analysed(subject: str, folder: Path) -> list[str]:
@@ -118,10 +119,32 @@ def _analysed(subject: str, folder: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def _rules(study: Settings, subject: str) -> Sequence[Mapping[str, Any]]:
+def _rules(study: Settings, subject: str) -> list[dict[str, Any]]:
+    """Return the rules that every session keeps without exception: the others are about chance in a whole study."""
     from hrcneuro.sources import behaviour
 
-    return behaviour.listed(behaviour.study_rules({subject: study.section("acquire", subject)}))
+    rules = behaviour.listed(behaviour.study_rules({subject: study.section("acquire", subject)}))
+    return [one for one in rules if "…" not in one["target"]]
+
+
+def _counts(options: Options, subject: str) -> list[dict[str, Any]]:
+    from hrcneuro.io.tables import read_table
+    from hrcneuro.paradigm.session_counts import session_counts
+    from hrcneuro.pipeline.workdir import Workdir
+
+    table = read_table(Workdir(options.workdir).artifact("acquire", subject, "trials.parquet"))
+    rows = session_counts(table).to_dict("records")
+    return [{str(key): bool(value) if key == "ok" else value for key, value in row.items()} for row in rows]
+
+
+def _kept_to(rules: Sequence[Mapping[str, Any]], counts: Sequence[Mapping[str, Any]]) -> list[str]:
+    broken = [
+        f"BROKEN: {one['rule']} ({_number(one['measured'])}, not {one['target']})" for one in rules if not one["ok"]
+    ]
+    odd = [f"  {one['quantity']}: {_number(one['measured'])}" for one in counts if not one["ok"]]
+    held = f"{len(rules) - len(broken)} of {len(rules)} rules without exception hold"
+    inside = f"{len(counts) - len(odd)} of {len(counts)} counts and durations are as in the study's sessions"
+    return [f"{held}; {inside}", *broken, *odd]
 
 
 def _main(items: Sequence[Item]) -> list[Item]:
@@ -133,12 +156,15 @@ def _answers(items: Sequence[Item]) -> list[str]:
 
 
 def _page(
-    folder: Path, subject: str, seen: Seen, rules: Sequence[Mapping[str, Any]], kept: Sequence[str],
-    timing: timing_of.Measured, items: Sequence[Item],
+    folder: Path, subject: str, seen: Seen, rules: Sequence[Mapping[str, Any]], counts: Sequence[Mapping[str, Any]],
+    kept: Sequence[str], timing: timing_of.Measured, items: Sequence[Item],
 ) -> Path:  # fmt: skip
     from hrcneuro.report import markup
 
-    rows = [(one["rule"], _number(one["measured"]), one["target"], "" if one["ok"] else "outside") for one in rules]
+    rows = [
+        (one["quantity"], *(_number(one[key]) for key in ("measured", "low", "high")), "" if one["ok"] else "outside")
+        for one in counts
+    ]
     page = markup.render(
         "rehearsal.html",
         title=f"rehearsal of {subject}",
@@ -147,7 +173,8 @@ def _page(
         remark=SYNTHETIC,
         session=[f"{seen.blocks_done} blocks, {seen.n_moves} moves, {seen.keys['']} keys", *kept],
         timing=[*timing.lines],
-        rules=markup.PageTable(("rule of the experiment", "measured", "12 subjects of the study give", ""), rows),
+        rules=_kept_to(rules, counts),
+        counts=markup.PageTable(("quantity", "this session", "least", "most", ""), rows),
         answers=_answers(items),
     )
     place = folder / "rehearsal.html"

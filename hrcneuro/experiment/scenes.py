@@ -9,7 +9,7 @@ from hrcneuro.paradigm.session import DrawnBlock
 
 _ARROWS = {"N": "up", "S": "down", "W": "left", "E": "right"}
 _BEGIN = "Press an arrow key to begin."
-_GOES_ON = "The experimenter goes on."
+_GOES_ON = "Please wait for the experimenter."
 
 
 def grid(block: DrawnBlock, *, path: tuple[Tile, ...] = (), turn: str = "", tool: Motion | None = None) -> Scene:

@@ -83,7 +83,7 @@ def _move(row: Any) -> dict[str, Any]:
     went = row.executed if isinstance(row.executed, str) else _clamped(row)
     return {
         "scenario": _word(words.SCENARIOS, row.scenario),
-        "block": block_name(row),
+        "block": block_name(row.practice, row.block),
         "episode": row.episode,
         "trial": row.trial,
         "target": _word(words.TARGETS, row.target),
@@ -121,16 +121,21 @@ def _episode(where: Any, start: Tile, goal: Tile, moves: list[Any]) -> dict[str,
     agent_wrong = wrong - sum(bool(row.error) for row in human)
     counts = {"agent": (agent_wrong, len(moves) - len(human)), "human": (human_wrong, len(human))}
     counts["total"] = (agent_wrong + human_wrong, len(moves))
-    line = {"block": block_name(where), "episode": where.episode, "goal_row": goal[0], "goal_col": goal[1]}
+    line = {
+        "block": block_name(where.practice, where.block),
+        "episode": where.episode,
+        "goal_row": goal[0],
+        "goal_col": goal[1],
+    }
     line["start_row"], line["start_col"] = start
     for who, (bad, of) in counts.items():
         line |= {f"{who}_errors": bad, f"{who}_moves": of, f"{who}_correct": (of - bad) / of * 100 if of else 0}
     return line
 
 
-def block_name(row: Any) -> str:
+def block_name(practice: bool, number: int) -> str:
     """Return a block's name in the authors' words: ``Test 1``, ``BLOCK 12``."""
-    return f"{'Test' if row.practice else 'BLOCK'} {row.block}"
+    return f"{'Test' if practice else 'BLOCK'} {number}"
 
 
 def _word(known: Mapping[str, Any], ours: Any) -> str:

@@ -103,6 +103,6 @@ def _arrived(moves: pd.DataFrame, files: Mapping[str, Path]) -> pd.DataFrame:
     if kept is None:
         return moves
     sizes = moves.groupby(list(EPISODE), sort=False)["trial"].transform("size")
-    rows = zip(moves.itertuples(), sizes, strict=True)
-    stay = [not kept.broken_off((block_name(row), row.episode), size) for row, size in rows]
+    rows = zip(*(moves[name] for name in EPISODE), sizes, strict=True)
+    stay = [not kept.broken_off((block_name(practice, block), number), size) for practice, block, number, size in rows]
     return moves[stay].reset_index(drop=True)

@@ -10,7 +10,6 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 from hrcneuro.errors import DataError
@@ -65,15 +64,25 @@ def beside(log: Path) -> Kept | None:
     """Return what an experiment kept beside a log; None where no experiment wrote it.
 
     Raises:
-        DataError: A line of it is damaged, and it is not the last one.
+        DataError: A line of it is damaged, and it is not the last one, or it is of something else.
     """
     path = log.with_name(FILE)
     if not path.is_file():
         return None
+    try:
+        return _kept(read(path)[0])
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(
+            f"{path} is not what an experiment writes: {type(error).__name__}: {error}",
+            cure="restore it from a copy; beside the log of no experiment, put it aside",
+        ) from error
+
+
+def _kept(entries: list[Entry]) -> Kept:
     moves: dict[Episode, int] = {}
     arrived: set[Episode] = set()
     directions: dict[str, frozenset[str]] = {}
-    for entry in read(path)[0]:
+    for entry in entries:
         if entry["kind"] == MOVE:
             episode = name_of(entry), int(entry["episode"])
             moves[episode] = moves.get(episode, 0) + 1
@@ -88,7 +97,7 @@ def name_of(entry: Mapping[str, Any]) -> str:
     """Return the block of a line in the authors' words."""
     from hrcneuro.sources.authors_log import block_name
 
-    return block_name(SimpleNamespace(**entry))
+    return block_name(entry["practice"], entry["block"])
 
 
 def read(path: Path) -> tuple[list[Entry], int]:

@@ -260,7 +260,8 @@ def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, pa
         )
     last = log.groupby(["block", "episode"], sort=False).tail(1)
     astray = last[(last["row"] != last["goal_row"]) | (last["col"] != last["goal_col"])]
-    broken = [kept.broken_off((row.block, row.episode), row.trial + 1) for row in astray.itertuples()]
+    ends = zip(astray["block"], astray["episode"], astray["trial"], strict=True)
+    broken = [kept.broken_off((block, number), trial + 1) for block, number, trial in ends]
     astray = astray[~pd.Series(broken, index=astray.index, dtype=bool)]
     if len(astray):
         row = astray.iloc[0]

@@ -331,6 +331,9 @@ def test_a_damaged_line_in_the_middle_is_named(tmp_path, trials):
     for look in (lambda: read_log(tmp_path, "s01"), lambda: begun(tmp_path, resume=True)):
         with pytest.raises(DataError, match="line 8 is damaged"):
             look()
+    path.write_text('{"kind":"move"}\n')
+    with pytest.raises(DataError, match="is not what an experiment writes"):
+        read_log(tmp_path, "s01")
     path.write_bytes(b"".join(lines).replace(b'"trial":3', b'"tria":3'))
     with pytest.raises(DataError, match=r"\(move\) cannot be understood: KeyError"):
         begun(tmp_path, resume=True)
