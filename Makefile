@@ -23,9 +23,11 @@ test: lint                    ## lint, types, import arrows, tests, and the smok
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
 
-chaos: $(VENV)/ready          ## kill -9 at many instants of a run; studies that share a cache, in any order; as long as one likes
+chaos: $(VENV)/ready          ## kill -9 at many instants of a run and of an experiment; studies that share a cache, in any order
 	$(BIN)/python tests/product/kill_many.py $(or $(KILLS),50)
 	$(BIN)/python tests/product/share_many.py $(or $(SCHEDULES),20)
+	$(BIN)/python tests/product/experiment_kills.py $(or $(KILLS),20)
+	$(BIN)/python tests/product/experiment_subjects.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
@@ -44,8 +46,10 @@ cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg an
 	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases)/eeg; eeg=$$?; \
 	$(BIN)/python tests/product/robot_cases.py $(or $(FOLDER),../shared/cases)/robot && exit $$eeg
 
-live: $(VENV)/ready           ## streams in real time: half an hour of recording, thirty kills, foreign ends; an hour
-	$(BIN)/python tests/product/live_runs.py
+live: $(VENV)/ready           ## in real time: the window, a block of the experiment, half an hour of recording, thirty kills; 75 minutes
+	$(BIN)/python tests/product/live_window.py; window=$$?; \
+	$(BIN)/python tests/product/live_experiment.py; experiment=$$?; \
+	$(BIN)/python tests/product/live_runs.py && exit $$((window | experiment))
 
 installs:                     ## the product as people install it, from a wheel: pip, pipx, uv, and the oldest libraries allowed
 	$(PYTHON) tests/product/installs.py

@@ -7,8 +7,8 @@ What stands between these two lines of a page is replaced:
     <!-- made from the code: options preprocess -->     options: key, default, range, meaning
     <!-- end of what is made -->
 
-Besides ``options STAGE``: ``artifacts STAGE`` (its tables, with columns, units and meaning, and its figures),
-``recipes`` (the built-in decoders) and ``help`` (what every command prints on --help).
+Besides ``options STAGE`` (or a section, such as ``experiment``): ``artifacts STAGE`` (its tables, with columns, units
+and meaning, and its figures), ``recipes`` (the built-in decoders) and ``help`` (what every command prints on --help).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from hrcneuro import drawings, stages
 from hrcneuro.config.reader import allowed_range
 from hrcneuro.config.text import toml_value
 from hrcneuro.contract import Caption, plain
+from hrcneuro.experiment.sections import SECTIONS
 
 # stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
 TABLES = {
@@ -116,9 +117,10 @@ def table_of(place: str) -> Any:
 
 
 def options(stage: str) -> str:
-    """Return a stage's options as a Markdown table."""
+    """Return the options of a stage, or of a section that is none, as a Markdown table."""
+    config = SECTIONS[stage].options() if stage in SECTIONS else stages.load(stage).config()
     rows = ["| key | default | allowed | meaning |", "|---|---|---|---|"]
-    return "\n".join([*rows, *_rows(stages.load(stage).config(), "")])
+    return "\n".join([*rows, *_rows(config, "")])
 
 
 def artifacts(stage: str) -> str:

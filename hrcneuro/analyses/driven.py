@@ -14,7 +14,7 @@ from typing import Any
 
 from hrcneuro import interrupts
 from hrcneuro.answers.words import counted, roughly
-from hrcneuro.arms.cures import with_cure
+from hrcneuro.arms.cures import AGAIN, with_cure
 from hrcneuro.arms.machine import Machine
 from hrcneuro.arms.words import Words
 from hrcneuro.errors import HardwareError, HrcError, StageError, StageInterrupted
@@ -49,7 +49,7 @@ class Driven:
     """A session that is driven: what is asked for, and what has come of it so far."""
 
     subject: str
-    moves: Sequence[PlannedMove]
+    moves: Sequence[PlannedMove]  # grows where they are not known before
     workspace: Workspace
     rate: float  # of the recording whose stim channel takes the markers, Hz; nan where unknown
     folder: Path  # where recordings lie
@@ -60,6 +60,10 @@ class Driven:
     loop: Loop | None = None
     recording: SessionRecording | None = None
     machine: Machine | None = None  # where the session runs in real time
+    anew: str = _ANEW  # how to go on after an early end
+    again: str = AGAIN  # … and once the cause of a stop is mended
+    problem: str = ""  # why the session was stopped …
+    cure: str = ""  # … and what to do about it
     held_up: bool = False  # perhaps by other work of this machine
     _left: dict[int, float] = field(default_factory=dict)  # how long a session goes on after some of its moves, seconds
 
@@ -75,14 +79,24 @@ class Driven:
             ConfigError, StageError: There is no room, or it may not or cannot be written there.
         """
         ends = expected_ends(self.moves, self.workspace, pace)
-        seconds = ends[-1] + _BEFORE_S
         self._left, self.machine = _news(ends), Machine()
-        what, cycles = f"a session of about {roughly(seconds)}", round((ends[-1] + _BEFORE_MOST_S) * RATE)
-        size = cycles * _TABLE_BYTES
-        cure = "free space, or choose another place for recordings: robot.rescue_folder"
-        check_room(self._parent, size + cycles * _STREAM_BYTES, what=what, cure=cure)
+        size = self._check_room(ends[-1])
+        what = f"a session of about {roughly(ends[-1] + _BEFORE_S)}"
         check_room(copy, size, what=what, cure="free space: 'hrcneuro cache gc' drops unused entries")
-        self.recording = self._new_recording(robot=about, reserve=size)
+        self.recording = self._new_recording(moves=len(self.moves), robot=about, reserve=size)
+
+    def begin_open_recording(self, seconds: float, *, about: Mapping[str, Any]) -> None:
+        """Make the folder of a recording whose moves are not known before.
+
+        Args:
+            seconds: How long the session lasts at most, about.
+            about: What is asked for, JSON values.
+
+        Raises:
+            ConfigError, StageError: There is no room, or it may not or cannot be written there.
+        """
+        self.machine = Machine()
+        self.recording = self._new_recording(**about, reserve=self._check_room(seconds))
 
     def follow(self, loop: Loop) -> None:
         """Take down what ``loop`` does from now on."""
@@ -105,13 +119,14 @@ class Driven:
     def tell_stop(self, error: BaseException) -> None:
         """Say why the arm is stopped and what to do, and let nothing break the stop."""
         interrupts.hold()
-        reason = with_cure(error, may_be_patient=self.may_be_patient)
+        reason = with_cure(error, may_be_patient=self.may_be_patient, again=self.again)
         self.held_up = isinstance(error, ArmError) and error.cause in _OF_THE_MACHINE
         problem, cure = f"{type(error).__name__}: {error}", ""
         if isinstance(reason, HrcError):
             problem, cure = reason.problem, reason.cure
         elif isinstance(error, KeyboardInterrupt):
             problem = "interrupted"
+        self.problem, self.cure = problem, cure
         self.words.say(
             f"{problem}; the arm is told to stop, until then it may be moving",
             cure="; ".join(filter(None, (_IF_IT_MOVES, cure))),
@@ -137,23 +152,29 @@ class Driven:
             self.words.say(text)
         return text
 
-    def ended(self, out: Path) -> dict[str, Any]:
+    def ended(self, out: Path | None) -> dict[str, Any]:
         """Write the tables of a session driven to its end into its recording, copy them to ``out``; return the summary.
+
+        Args:
+            out: A folder; none, where there is a recording: no copy.
 
         Raises:
             StageError: They cannot be written; the recording is whole without them.
         """
         recording = self.recording
         if recording is None:
+            assert out is not None
             return self._write(out)
         recording.end()
         try:
             summary = self._write(recording.place)
             recording.seal()
-            for table in sorted(recording.place.glob("*.parquet")):
-                shutil.copyfile(table, out / table.name)
+            if out is not None:
+                for table in sorted(recording.place.glob("*.parquet")):
+                    shutil.copyfile(table, out / table.name)
         except Exception as error:
-            raise _with_record(error, f"the session was driven to its end, and is in {recording.place}") from error
+            where = f"the session was driven to its end, and is in {recording.place}"
+            raise _with_record(error, where, self.anew) from error
         return summary
 
     def stopped(self, reason: BaseException) -> BaseException:
@@ -170,7 +191,7 @@ class Driven:
         place = self._parent
         try:
             if self.recording is None:
-                self.recording = self._new_recording()
+                self.recording = self._new_recording(moves=len(self.moves))
             place = self.recording.place
             self._write(place)
             self.recording.seal()
@@ -180,10 +201,20 @@ class Driven:
             kept = f"the record in {place} is not whole ({type(flaw).__name__}: {why})"
         interrupts.hold(kept)
         self.words.say(kept)
-        return _with_record(reason, f"{kept}; it ended {self._reached()}")
+        return _with_record(reason, f"{kept}; it ended {self._reached()}", self.anew)
+
+    def _check_room(self, seconds: float) -> int:
+        """Return how many bytes the tables of a session may take, once there is room for it where recordings lie."""
+        what, cycles = f"a session of about {roughly(seconds + _BEFORE_S)}", round((seconds + _BEFORE_MOST_S) * RATE)
+        size = cycles * _TABLE_BYTES
+        cure = "free space, or choose another place for recordings: robot.rescue_folder"
+        check_room(self._parent, size + cycles * _STREAM_BYTES, what=what, cure=cure)
+        return size
 
     @property
     def _plan(self) -> str:
+        if not self._left:
+            return f"what the arm does is kept in {self._parent}"
         left = roughly(self._left[-1])
         return f"{counted(len(self.moves), 'move')}, about {left} until the end; Ctrl-C stops the arm"
 
@@ -192,7 +223,7 @@ class Driven:
         return self.folder / self.subject
 
     def _new_recording(self, *, reserve: int = 0, **about: Any) -> SessionRecording:
-        about = {"subject": self.subject, "moves": len(self.moves), **about}
+        about = {"subject": self.subject, **about}
         return SessionRecording(self._parent, about, reserve=reserve)
 
     def _reached(self) -> str:
@@ -233,13 +264,13 @@ def _news(ends: Sequence[float]) -> dict[int, float]:
     return left
 
 
-def _with_record(error: BaseException, record: str) -> BaseException:
+def _with_record(error: BaseException, record: str, anew: str) -> BaseException:
     """Return the error with where the record is, and how to go on."""
     if isinstance(error, KeyboardInterrupt):
-        return StageInterrupted(f"interrupted; {record}", cure=_ANEW)
+        return StageInterrupted(f"interrupted; {record}", cure=anew)
     if isinstance(error, HrcError):
         kind = HardwareError if isinstance(error, HardwareError) else StageError
-        return kind(f"{error.problem}; {record}", cure=f"{error.cure}; {_ANEW}" if error.cure else _ANEW)
+        return kind(f"{error.problem}; {record}", cure=f"{error.cure}; {anew}" if error.cure else anew)
     if isinstance(error, Exception):
-        return StageError(f"{type(error).__name__}: {error}; {record}", cure=_ANEW)
+        return StageError(f"{type(error).__name__}: {error}; {record}", cure=anew)
     return error

@@ -35,7 +35,7 @@ def on_onset_of(config: Any, driven: Driven, trials: pd.DataFrame, stack: contex
     if config.trigger.port != "none":
         senders.append(onsets.trigger(config.trigger, stack))
     if config.markers == "lsl":
-        senders.append(onsets.marker(source, texts, driven.stamps, config.recorder_wait_s, stack))
+        senders.append(onsets.Markers(source, config.recorder_wait_s, stack).at_onsets(texts, driven.stamps))
     if config.truth:
         rows = [{"marker": text, **row} for text, row in zip(texts, evoking(driven.moves, trials), strict=True)]
         gaps = [move.gap if not after.first else float("nan") for move, after in itertools.pairwise(driven.moves)]

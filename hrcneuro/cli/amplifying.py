@@ -21,17 +21,16 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
 from hrcneuro.live.amplifier import TRIGGER, Amplifier, Replay, Signal
 from hrcneuro.live.faults import Fault
+from hrcneuro.live.listening import Listening
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
-from hrcneuro.live.transport import TRUTH, Inlet, Lost
 from hrcneuro.sources import origin
 
 if TYPE_CHECKING:
     from hrcneuro.eeg.synthetic.endless import Endless
 
 _STEP_S = 0.005
-_LOOK_EVERY_S = 0.5
 
 
 @dataclass
@@ -115,21 +114,21 @@ def run(
     Raises:
         HardwareError: mne-lsl is absent.
     """
-    brain = None if source is not None else _brain(study, subject)
-    signal_, kinds = (source.signal, source.kinds) if source is not None else (brain, _kinds())
+    brain = None if source is not None else brain_of(study, subject)
+    signal_, types = (source.signal, source.kinds) if source is not None else (brain, kinds())
     assert signal_ is not None
     with LslNetwork() as network:
         remark = source.remark if source is not None else origin.mark_of(origin.SYNTHETIC)
-        opened = _outlets(stream, subject, signal_, kinds, faults, remark)
+        opened = _outlets(stream, subject, signal_, types, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
         twin = opened(_run_of(subject, "twin")) if any(one.kind == "twin" for one in faults) else None
         person = Person(amplifier, brain)
-        listening = _Listening(network, person) if source is None else None
+        listening = Listening(network, network.clock, person) if source is None else None
         sender = _Sender(source, amplifier, subject) if source is not None else None
         if as_json:
             print(json.dumps({"command": "amp", "ok": True, "stream": stream}), flush=True)
-        talk.say(f"{stream}: {len(kinds)} channels and {TRIGGER} at {signal_.sfreq:g} Hz; Ctrl-C ends it")
+        talk.say(f"{stream}: {len(types)} channels and {TRIGGER} at {signal_.sfreq:g} Hz; Ctrl-C ends it")
         _keep_pace(amplifier, listening, sender, seconds)
         amplifier.close()
         if twin is not None:
@@ -138,7 +137,7 @@ def run(
     return 0
 
 
-def _keep_pace(amplifier: Amplifier, listening: _Listening | None, sender: _Sender | None, seconds: float) -> None:
+def _keep_pace(amplifier: Amplifier, listening: Listening | None, sender: _Sender | None, seconds: float) -> None:
     ended = threading.Event()
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -166,7 +165,8 @@ def _of_moves(person: Person) -> str:
     return late + (f"; {person.unknown} moves without truth" if person.unknown else "")
 
 
-def _brain(study: Settings, subject: str) -> Endless:
+def brain_of(study: Settings, subject: str) -> Endless:
+    """Return the EEG of a simulated person, without an end."""
     from hrcneuro.eeg.synthetic.endless import Endless
     from hrcneuro.sources.simulated import generator
 
@@ -176,7 +176,8 @@ def _brain(study: Settings, subject: str) -> Endless:
     return Endless(params=sound, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"))
 
 
-def _kinds() -> Sequence[str]:
+def kinds() -> Sequence[str]:
+    """Return what each of its channels is, ``eeg`` or ``eog``."""
     from hrcneuro.eeg.synthetic.head import CH_TYPES
 
     return CH_TYPES
@@ -199,49 +200,6 @@ def _outlets(
         units=[*[unit] * len(kinds), "none"],
         remark=remark,
     )
-
-
-class _Listening:
-    """The streams of a running session that the person sees: its markers, and the truth."""
-
-    def __init__(self, network: LslNetwork, person: Person) -> None:
-        self._network, self._person = network, person
-        self._inlets: dict[str, Inlet] = {}
-        self._offset: dict[str, float] = {}
-        self._looked = 0.0
-
-    def step(self) -> None:
-        """Take what was said."""
-        now = self._network.clock()
-        if now - self._looked > _LOOK_EVERY_S:
-            self._looked = now
-            self._find()
-        # Truth first: a marker that came with it must find it.
-        for name in (TRUTH, MARKERS):
-            if name in self._inlets:
-                self._take(name)
-
-    def _find(self) -> None:
-        for one in self._network.visible():
-            if one.name in (TRUTH, MARKERS) and one.name not in self._inlets:
-                with contextlib.suppress(Lost):
-                    self._inlets[one.name] = self._network.open(one)
-
-    def _take(self, name: str) -> None:
-        inlet = self._inlets[name]
-        try:
-            samples = inlet.pull()
-            for _, offset in inlet.offsets():
-                self._offset[name] = offset
-        except Lost:
-            self._inlets.pop(name).close()
-            return
-        offset = self._offset.get(name, 0.0)
-        for stamp, row in zip(samples.stamps, samples.values, strict=True):
-            if name == TRUTH:
-                self._person.knows(str(row[0]), offset)
-            else:
-                self._person.hears(str(row[0]), float(stamp) + offset)
 
 
 class _Sender:

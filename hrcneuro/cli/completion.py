@@ -61,6 +61,21 @@ def backends(incomplete: str) -> list[str]:
     return [name for name in _choices("robot", "backend") if name.startswith(incomplete)]
 
 
+def arms(incomplete: str) -> list[str]:
+    """Return the arms of an experiment that begin so; without one, the tool is drawn."""
+    return [name for name in ("none", *_choices("robot", "backend")) if name.startswith(incomplete)]
+
+
+def humans(incomplete: str) -> list[str]:
+    """Return who can press the keys of an experiment."""
+    return [name for name in _choices("experiment", "human") if name.startswith(incomplete)]
+
+
+def paces(incomplete: str) -> list[str]:
+    """Return the clocks of an experiment."""
+    return [name for name in _choices("experiment", "pace") if name.startswith(incomplete)]
+
+
 def executors(incomplete: str) -> list[str]:
     """Return the executors that begin so."""
     from hrcneuro.pipeline.executors import NAMES
@@ -139,6 +154,7 @@ def _options(section: str, given: Mapping[str, Any]) -> list[_Option]:
 
     from hrcneuro import stages as stages_
     from hrcneuro.config.settings import StudyOptions
+    from hrcneuro.experiment.sections import SECTIONS
 
     def walk(config: Any, given: Any, prefix: str) -> list[_Option]:
         found: list[_Option] = []
@@ -151,6 +167,8 @@ def _options(section: str, given: Mapping[str, Any]) -> list[_Option]:
                 found.append((f"{prefix}.{field.name}", field, value if theirs is None else theirs))
         return found
 
+    if section in SECTIONS:
+        return walk(SECTIONS[section].options(), given, section)
     return walk(StudyOptions() if section == "study" else stages_.load(section).config(), given, section)
 
 

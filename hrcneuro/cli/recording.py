@@ -28,7 +28,7 @@ from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.live import journal, preparation, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
-from hrcneuro.live.part import Part, number_of, path_of
+from hrcneuro.live.part import LOCK, Part, number_of, path_of
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
@@ -199,7 +199,7 @@ def _lock(folder: Path) -> None:
     Raises:
         HardwareError: It does.
     """
-    file = os.open(folder / ".recording", os.O_RDWR | os.O_CREAT, 0o666)
+    file = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
@@ -230,23 +230,30 @@ def _refuse_without_reader() -> None:
 
 
 def _ended(folder: Path, notes: journal.Journal, fault: str, talk: Console) -> Answer:
-    """Read the recording back, in a process of its own, and say what it is worth."""
+    """Read the recording back, and say what it is worth."""
     talk.say("reading the recording back …")
-    words = [sys.executable, "-m", "hrcneuro.live.selfcheck", str(folder)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, start_new_session=True)
-    checked = json.loads(done.stdout) if done.returncode == 0 else []
-    trouble = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]
+    checked, trouble = read_back(folder)
     notes.part["check"] = checked
     with contextlib.suppress(OSError):
         notes.write()
     lines = [*verdict(folder, checked)]
     if trouble:
-        lines.append(f"{folder} cannot be read back: {trouble}")
+        lines.append(trouble)
     if fault:
         lines.append(f"the recording ended early: {fault}; all that had been written is kept")
     whole = bool(checked) and all(one["whole"] for one in checked) and not fault and not trouble
     about = {"folder": str(folder), "whole": whole, "fault": fault or trouble, "check": checked}
     return Answer(0 if whole else 1, about, lines)
+
+
+def read_back(folder: Path) -> tuple[list[dict[str, Any]], str]:
+    """Read a recording in a process of its own; return what each stream is worth, and why it cannot be read."""
+    words = [sys.executable, "-m", "hrcneuro.live.selfcheck", str(folder)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, start_new_session=True)
+    if done.returncode == 0:
+        return json.loads(done.stdout), ""
+    why = (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]
+    return [], f"{folder} cannot be read back: {why}"
 
 
 def verdict(folder: Path, checked: list[dict[str, Any]]) -> Iterator[str]:

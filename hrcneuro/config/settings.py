@@ -16,7 +16,7 @@ from hrcneuro.config.reader import Added, Reader
 from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, did_you_mean
-from hrcneuro.live import sections as live
+from hrcneuro.experiment.sections import SECTIONS
 from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
 
 
@@ -125,7 +125,7 @@ def load(
 
     parts: dict[str, Any] = {"study": StudyOptions(), "shared": Shared()}
     parts |= {name: stages.load(name).config() for name in stages.NAMES}
-    parts |= {name: section.options() for name, section in live.SECTIONS.items()}
+    parts |= {name: section.options() for name, section in SECTIONS.items()}
     origins: dict[str, str] = {}
     own: list[bysubject.Own] = []
     for reader, values in layers:
@@ -147,7 +147,7 @@ def load(
 
 def _apply(reader: Reader, values: Mapping[str, Any], parts: dict[str, Any], origins: dict[str, str]) -> None:
     tables = [f.name for f in dataclasses.fields(Shared)]
-    allowed = ["study", *tables, *stages.NAMES, *live.SECTIONS]
+    allowed = ["study", *tables, *stages.NAMES, *SECTIONS]
     for name, table in values.items():
         if name not in allowed:
             hint = did_you_mean(name, allowed) or f"; allowed: {', '.join(allowed)}"
@@ -170,7 +170,7 @@ def _fill(parts: dict[str, Any], origins: dict[str, str]) -> Settings:
     for name in stages.NAMES:
         asked = {f.name: f.metadata["shared"] for f in dataclasses.fields(parts[name]) if f.metadata.get("shared")}
         sections[name] = dataclasses.replace(parts[name], **{key: common[table] for key, table in asked.items()})
-    around = {name: parts[name] for name in live.SECTIONS}
+    around = {name: parts[name] for name in SECTIONS}
     return Settings(parts["study"], parts["shared"], sections, origins, live=around)
 
 
@@ -184,7 +184,7 @@ def _consistency(settings: Settings) -> tuple[list[str], list[str]]:
             mistakes += [
                 f"[{name}.subjects.{subject}] {m}" for m in stages.load(name).check(section) if m not in common
             ]
-    mistakes += [f"[{name}] {m}" for name, section in live.SECTIONS.items() for m in section.check(settings.live[name])]
+    mistakes += [f"[{name}] {m}" for name, section in SECTIONS.items() for m in section.check(settings.live[name])]
     mistakes += crosschecks.errors(settings)
     return mistakes, crosschecks.warnings(settings)
 

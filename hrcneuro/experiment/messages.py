@@ -136,6 +136,13 @@ class Ended:
     when: float
 
 
+@dataclass(frozen=True)
+class Said:
+    """What the arm's side tells the experimenter, a line or two; the flow does not hear it."""
+
+    text: str
+
+
 Report = Ready | Arrived | Onset | InRadius | Executed | Health | Halted | Ended
 
 # --- to the window ----------------------------------------------------------------------------------------------------
@@ -196,3 +203,11 @@ class Closed:
 
     problem: str = ""
     cure: str = ""
+
+
+@dataclass(frozen=True)
+class Focus:
+    """The window has got the keyboard (``has``), or another window has it: then the person's keys go there."""
+
+    has: bool
+    when: float

@@ -140,7 +140,7 @@ def _marks(raw: mne.io.BaseRaw) -> Iterator[Event]:
 
 def _write_logs(moves: pd.DataFrame, home: Path, subject: str, origin: str) -> list[str]:
     """Write both CSV files, read them again, and return what they cannot tell."""
-    from hrcneuro.export import authors_log
+    from hrcneuro.sources import authors_log
     from hrcneuro.sources.logs import read_log
 
     authors_log.write_log(moves, home / f"subject{subject[1:]}.csv")

@@ -19,39 +19,87 @@ OnOnset = Callable[[Callable[[], float], int], None]
 _AT_FIRST_S = 1.0
 
 
-def trigger(options: TriggerOptions, stack: contextlib.ExitStack) -> OnOnset:
+def trigger(options: TriggerOptions, stack: contextlib.ExitStack, *, codes: Sequence[int] | None = None) -> OnOnset:
     """Return what lets a code stand on a port at each onset.
+
+    Args:
+        options: Which port.
+        stack: Closes the port.
+        codes: One a move, which may grow; none: ``options.move_code`` for all.
 
     Raises:
         HardwareError: The port cannot be opened.
     """
     port = stack.enter_context(TriggerPort(options, time.perf_counter))
-    return lambda age, move: port.signal(options.move_code)
+    if codes is None:
+        return lambda age, move: port.signal(options.move_code)
+    return lambda age, move: port.signal(codes[move])
 
 
-def marker(
-    source: str, texts: Sequence[str], stamps: MutableMapping[int, float], wait_s: float, stack: contextlib.ExitStack
-) -> OnOnset:
-    """Return what sends a marker of each onset over LSL.
+class Markers:
+    """The markers' stream: of onsets, and of what is no motion."""
 
-    Args:
-        source: By which a recorder finds the stream again.
-        texts: One a move.
-        stamps: Takes each marker's stamp, by move, seconds of LSL's clock.
-        wait_s: So long somebody is waited for who listens; 0 for not at all.
-        stack: Closes the stream.
+    def __init__(self, source: str, wait_s: float, stack: contextlib.ExitStack) -> None:
+        """Open it.
 
-    Raises:
-        HardwareError: Nobody listens, or mne-lsl is absent.
-    """
-    outlet = stack.enter_context(MarkerOutlet(source))
-    if wait_s:
-        outlet.wait(wait_s)
+        Args:
+            source: By which a recorder finds the stream again.
+            wait_s: So long somebody is waited for who listens, seconds; 0 for not at all.
+            stack: Closes the stream.
 
-    def mark(age: Callable[[], float], move: int) -> None:
-        stamps[move] = outlet.send(texts[move], age)
+        Raises:
+            HardwareError: Nobody listens, or mne-lsl is absent.
+        """
+        self._outlet = stack.enter_context(MarkerOutlet(source))
+        if wait_s:
+            self._outlet.wait(wait_s)
 
-    return mark
+    def at_onsets(self, texts: Sequence[str], stamps: MutableMapping[int, float]) -> OnOnset:
+        """Return what sends a marker of each onset.
+
+        Args:
+            texts: One a move; may grow.
+            stamps: Takes each marker's stamp, by move, seconds of LSL's clock.
+        """
+
+        def mark(age: Callable[[], float], move: int) -> None:
+            stamps[move] = self._outlet.send(texts[move], age)
+
+        return mark
+
+    def send(self, text: str, age: Callable[[], float]) -> float:
+        """Send a marker of what was ``age()`` seconds ago; return its stamp, seconds of LSL's clock."""
+        return self._outlet.send(text, age)
+
+
+class Truths:
+    """The stream that tells a simulated person's amplifier what comes."""
+
+    def __init__(self, source: str, stack: contextlib.ExitStack) -> None:
+        """Open it, and wait until an amplifier that is there has found it.
+
+        Args:
+            source: By which the stream is found again.
+            stack: Closes the stream.
+
+        Raises:
+            HardwareError: mne-lsl is absent.
+        """
+        self._outlet = LslOutlet(TRUTH, "Markers", ["truth"], sfreq=0, source_id=source)
+        stack.callback(self._outlet.close)
+        # LSL keeps nothing for those who come later; the amplifier looks for it twice a second.
+        time.sleep(_AT_FIRST_S)
+
+    def send(self, move: Mapping[str, Any], *, key_in_s: float | None = None) -> None:
+        """Tell of a move.
+
+        Args:
+            move: ``marker``, and what :mod:`hrcneuro.live.person` asks of it.
+            key_in_s: In how many seconds the person's own motion begins, where that is known.
+        """
+        now = self._outlet.clock()
+        timed = {} if key_in_s is None else {"key_s": now + key_in_s}
+        self._outlet.send(json.dumps({**move, **timed}), now)
 
 
 def truth(
@@ -68,18 +116,14 @@ def truth(
     Raises:
         HardwareError: mne-lsl is absent.
     """
-    outlet = LslOutlet(TRUTH, "Markers", ["truth"], sfreq=0, source_id=source)
-    stack.callback(outlet.close)
-    # LSL keeps nothing for those who come later; the amplifier looks for it twice a second.
-    time.sleep(_AT_FIRST_S)
-    outlet.send(json.dumps(moves[0]), outlet.clock())
+    truths = Truths(source, stack)
+    truths.send(moves[0])
 
     def tell(age: Callable[[], float], move: int) -> None:
         if move + 1 >= len(moves):
             return
-        then = dict(moves[move + 1])
-        if then.get("actor") == "human" and math.isfinite(gaps[move]):
-            then["key_s"] = outlet.clock() - age() + gaps[move]
-        outlet.send(json.dumps(then), outlet.clock())
+        after = moves[move + 1]
+        known = after.get("actor") == "human" and math.isfinite(gaps[move])
+        truths.send(after, key_in_s=gaps[move] - age() if known else None)
 
     return tell

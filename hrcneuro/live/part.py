@@ -9,6 +9,9 @@ from pathlib import Path
 
 from hrcneuro.live import xdf
 
+LOCK = ".recording"
+"""The file in a recording's folder that is locked as long as a process records into it."""
+
 
 def path_of(folder: Path, number: int) -> Path:
     """Return where a part of a recording lies."""

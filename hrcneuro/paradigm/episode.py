@@ -1,53 +1,122 @@
-"""One episode: from the first tile of the path to the last, move by move, with injected errors."""
+"""The rules of an episode, step by step: whose turn it is, which keys count, errors, and how far the path is done.
+
+It knows no clock, no file and no window: a simulated subject plays it through (:func:`play`), and a person plays it on
+the arm.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from hrcneuro.paradigm.grid import STEPS, Tile, displacement, move, toward
-from hrcneuro.paradigm.owners import Owners, actor_of
+from hrcneuro.paradigm.owners import Owners, actor_of, allowed
 from hrcneuro.paradigm.partners import Human, Move, robot_plan
 
 MOST_MOVES = 5000
 """An episode that is longer will not end: the longest in the logs has 72 moves."""
+
+ROBOTS_TURN, ROBOTS_KEY = "the robot's turn", "a direction of the robot's"
+"""Why a key does not count."""
 
 
 class EndlessEpisodeError(ValueError):
     """So many moves go wrong that an episode does not reach its goal."""
 
 
-def play(
-    path: tuple[Tile, ...], owners: Owners, human: Human, *, error_rate: float, rng: np.random.Generator
-) -> list[Move]:
-    """Return the moves of an episode, the last of which ends on the path's last tile.
+class Episode:
+    """An episode under way, from the first tile of its path to the last.
 
     The pending tile of the path advances only when the end-effector stands on it. A move, human's or robot's, is
     replaced by one of the three other directions with ``error_rate``, unless the move before it was replaced.
 
+    Attributes:
+        path: Its tiles, start and goal included.
+        owners: Who is responsible for what.
+        moves: What was done so far.
+        tile: Where the end-effector stands.
+    """
+
+    def __init__(self, path: tuple[Tile, ...], owners: Owners, *, error_rate: float, errors: np.random.Generator):
+        """Begin on the first tile; ``errors`` draws twice for each move, so that what goes wrong depends on no key."""
+        self.path, self.owners = path, owners
+        self.moves: list[Move] = []
+        self.tile = path[0]
+        self._pending, self._error_rate, self._errors = 1, error_rate, errors
+
+    @property
+    def over(self) -> bool:
+        """Whether the goal is reached."""
+        return self._pending == len(self.path)
+
+    @property
+    def target(self) -> str:
+        """The direction of the pending tile, of eight."""
+        return toward(self.tile, self.path[self._pending])
+
+    @property
+    def actor(self) -> str:
+        """Whose turn it is, ``human`` or ``robot``."""
+        return actor_of(self.owners, self.tile, self.target)
+
+    def plan(self) -> str:
+        """Return the direction that the robot intends, where it is its turn."""
+        return robot_plan(self.owners, self.target)
+
+    def refusal(self, key: str) -> str:
+        """Return why a key (N, E, S, W) does not count now; an empty text where it does."""
+        if self.actor != "human":
+            return ROBOTS_TURN
+        return "" if key in allowed(self.owners, "human") else ROBOTS_KEY
+
+    def act(self, intended: str) -> Move:
+        """Let the partner whose turn it is move in a direction; return what comes of it, which is done from now on.
+
+        Raises:
+            ValueError: The episode is over, or the partner may not command this direction.
+            EndlessEpisodeError: So many moves went wrong that the goal is out of reach.
+        """
+        if self.over:
+            raise ValueError("the episode is over")
+        target, actor = self.target, self.actor
+        if intended not in allowed(self.owners, actor):
+            raise ValueError(f"{intended!r} is no direction that the {actor} commands here")
+        goes_wrong, other = self._errors.random() < self._error_rate, int(self._errors.integers(3))
+        error = bool(goes_wrong) and not (self.moves and self.moves[-1].error)
+        there = move(self.tile, _others(intended)[other] if error else intended)
+        wrong = actor == "human" and intended not in target
+        executed = displacement(self.tile, there)
+        done = Move(len(self.moves), actor, intended, executed, target, error, *there, key_wrong=wrong)
+        self.moves.append(done)
+        self.tile = there
+        self._pending += there == self.path[self._pending]
+        if len(self.moves) == MOST_MOVES:
+            raise EndlessEpisodeError(
+                f"an episode did not reach its goal within {MOST_MOVES} moves: error rate {self._error_rate:g}"
+            )
+        return done
+
+
+def play(episode: Episode, human: Human, *, keys: np.random.Generator) -> list[Move]:
+    """Return the moves of an episode that a simulated human and the robot play to its end.
+
+    Args:
+        episode: At its beginning.
+        human: Its habits.
+        keys: Draws what the human presses.
+
     Raises:
         EndlessEpisodeError: So many moves go wrong that the goal is out of reach.
     """
-    moves: list[Move] = []
-    tile, pending = path[0], 1
-    while pending < len(path):
-        target = toward(tile, path[pending])
-        actor = actor_of(owners, tile, target)
-        intended = human.press(owners, target, moves, rng=rng) if actor == "human" else robot_plan(owners, target)
-        spared = bool(moves) and moves[-1].error
-        error = not spared and bool(rng.random() < error_rate)
-        there = move(tile, _other(intended, rng) if error else intended)
-        wrong = actor == "human" and intended not in target
-        executed = displacement(tile, there)
-        moves.append(Move(len(moves), actor, intended, executed, target, error, *there, key_wrong=wrong))
-        tile = there
-        pending += tile == path[pending]
-        if len(moves) == MOST_MOVES:
-            raise EndlessEpisodeError(
-                f"an episode did not reach its goal within {MOST_MOVES} moves: error rate {error_rate:g}, "
-                f"wrong keys {human.wrong_key:g}"
-            )
-    return moves
+    try:
+        while not episode.over:
+            if episode.actor == "human":
+                episode.act(human.press(episode.owners, episode.target, episode.moves, rng=keys))
+            else:
+                episode.act(episode.plan())
+    except EndlessEpisodeError as error:
+        raise EndlessEpisodeError(f"{error}, wrong keys {human.wrong_key:g}") from None
+    return episode.moves
 
 
-def _other(direction: str, rng: np.random.Generator) -> str:
-    return [other for other in STEPS if other != direction][rng.integers(3)]
+def _others(direction: str) -> list[str]:
+    return [other for other in STEPS if other != direction]

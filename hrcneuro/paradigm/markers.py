@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from hrcneuro.paradigm.design import MOVE
 
+_END = "end"
 _NUMBERS = ("block", "episode", "trial")
 
 
 def of_move(subject: str, *, scenario: str, block: int, episode: int, trial: int, practice: bool) -> str:
     """Return the marker of a move's onset."""
-    text = f"{MOVE}/subject={subject}/scenario={scenario}/block={block}/episode={episode}/trial={trial}"
-    return f"{text}/practice" if practice else text
+    return _tagged(MOVE, subject, practice, scenario=scenario, block=block, episode=episode, trial=trial)
 
 
 def move_in(text: str) -> dict[str, str | int | bool] | None:
@@ -25,3 +25,38 @@ def move_in(text: str) -> dict[str, str | int | bool] | None:
     numbers = {name: int(named[name]) for name in _NUMBERS}
     words = {name: named.get(name, "") for name in ("subject", "scenario")}
     return {**words, **numbers, "practice": "practice" in tags}
+
+
+def of_block(subject: str, *, scenario: str, block: int, practice: bool) -> str:
+    """Return the marker of a block's beginning."""
+    return _tagged("block", subject, practice, scenario=scenario, block=block)
+
+
+def of_episode(subject: str, *, scenario: str, block: int, episode: int, practice: bool) -> str:
+    """Return the marker of an episode's beginning: its path appears."""
+    return _tagged("episode", subject, practice, scenario=scenario, block=block, episode=episode)
+
+
+def of_error(subject: str, *, scenario: str, block: int, episode: int, trial: int, practice: bool) -> str:
+    """Return the marker of an injected error: its motion begins."""
+    return _tagged("error", subject, practice, scenario=scenario, block=block, episode=episode, trial=trial)
+
+
+def of_key(subject: str, direction: str, ignored: str = "") -> str:
+    """Return the marker of a key; ``ignored`` says why it does not count."""
+    return f"key/subject={subject}/direction={direction}/" + (f"ignored={ignored}" if ignored else "accepted")
+
+
+def of_end(subject: str) -> str:
+    """Return the marker after which none comes any more: the session has ended."""
+    return f"{_END}/subject={subject}"
+
+
+def is_end(text: str) -> bool:
+    """Return whether a marker tells that none comes any more."""
+    return text.partition("/")[0] == _END
+
+
+def _tagged(head: str, subject: str, practice: bool, **tags: str | int) -> str:
+    text = "/".join([head, f"subject={subject}", *(f"{name}={value}" for name, value in tags.items())])
+    return f"{text}/practice" if practice else text

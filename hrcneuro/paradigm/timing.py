@@ -34,8 +34,8 @@ def assign_onsets(
         ValueError: No beta distribution between the shortest and the longest motion has this mean and deviation.
     """
     n = len(trials)
-    t_f = _travel(n, rng, params)
-    reaction = np.maximum(_reaction(n, rng, params), 0.0)
+    t_f = travel(n, rng=rng, params=params)
+    reaction = np.maximum(reactions(n, rng=rng, params=params), 0.0)
     stretch = rng.uniform(1.0, 1.5, n)
     human = trials["actor"].to_numpy(dtype=object) == "human"
     block = trials.groupby(list(EPISODE[:2]), sort=False, observed=True).ngroup().to_numpy()
@@ -65,7 +65,7 @@ def check_travel(params: TimingParams) -> None:
         _beta(params)
 
 
-def _travel(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+def travel(n: int, *, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
     """Return the duration of each motion, in seconds, shape (n,)."""
     low, high = params.t_f_min_s, params.t_f_max_s
     if high <= low or params.t_f_sd_s == 0:
@@ -86,7 +86,8 @@ def _beta(params: TimingParams) -> tuple[float, float]:
     return mean * size, (1 - mean) * size
 
 
-def _reaction(n: int, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+def reactions(n: int, *, rng: np.random.Generator, params: TimingParams) -> np.ndarray:
+    """Return a human's reaction times, in seconds, shape (n,), counted from when keys are accepted."""
     # Log-normal with the given mean and standard deviation: reaction times are skewed to the right.
     if params.reaction_mean_s <= 0:
         return np.zeros(n)

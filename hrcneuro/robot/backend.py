@@ -64,6 +64,7 @@ class Cause(enum.Enum):
     PACKETS_LOST = enum.auto()
     LATE = enum.auto()  # the session itself was held up: nobody supervised meanwhile
     NOT_KEPT = enum.auto()  # what the session does cannot be written down
+    ALONE = enum.auto()  # whoever asks for the motions is gone
     PROGRAM = enum.auto()  # the control program is paused or has ended
     SLIDER = enum.auto()  # the speed slider stands too low
     NO_NUMBER = enum.auto()  # a command is none

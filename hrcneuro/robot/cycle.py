@@ -12,7 +12,7 @@ from hrcneuro.robot.backend import PERIOD, ArmError, Backend, Cause, Clock, Pack
 from hrcneuro.robot.limits import FATAL, INVALID, Limits
 from hrcneuro.robot.parameters import Bounds
 from hrcneuro.robot.record import Recorder
-from hrcneuro.robot.safety import Supervisor, Trip
+from hrcneuro.robot.safety import Supervisor, Trip, Worst
 from hrcneuro.robot.tracking import ResolvedRate
 from hrcneuro.robot.trajectory import Stop
 
@@ -25,6 +25,7 @@ _APART = 0.125  # least distance of two cycles, in periods
 OnOnset = Callable[[Callable[[], float], int], None]
 OnStop = Callable[[BaseException], None]
 OnRest = Callable[[bool], None]
+OnCycle = Callable[[float], str]
 
 
 class Cycle:
@@ -42,6 +43,7 @@ class Cycle:
         on_onset: OnOnset | None = None,
         on_stop: OnStop = lambda error: None,
         on_rest: OnRest = lambda seen: None,
+        on_cycle: OnCycle | None = None,
     ) -> None:
         """Take over an arm at rest; nothing is commanded yet.
 
@@ -54,6 +56,9 @@ class Cycle:
                 what tells how long ago that cycle began, seconds, and with the move.
             on_stop: Called with why the session ends, before anything else is done about it: it must not wait.
             on_rest: Called after such an end, with whether the arm was seen at rest.
+            on_cycle: Called in every cycle once its command has been sent, with its time, seconds from the session's
+                start; it must not wait. What it returns, if anything, is why nobody asks for motions any more: the
+                session then ends in a controlled stop.
         """
         self.lead: float | None = None  # of the feed-forward, seconds; None until it is known
         self.record = Recorder()
@@ -61,7 +66,7 @@ class Cycle:
         self._arm, self._clock = arm, clock
         self._law, self._limits, self._supervisor = law, limits.stopping(stop), supervisor
         self._stop_bounds, self._on_onset = stop, on_onset
-        self._on_stop, self._on_rest = on_stop, on_rest
+        self._on_stop, self._on_rest, self._on_cycle = on_stop, on_rest, on_cycle
         self._zero = self._next = clock.now()
         self._last: list[float] = ZERO
         self._before: list[float] = ZERO
@@ -92,6 +97,15 @@ class Cycle:
     def late_packets(self) -> tuple[int, float]:
         """In how many cycles a packet was too old and borne, and the age of the oldest, seconds."""
         return self._supervisor.late_packets, self._supervisor.oldest
+
+    @property
+    def began(self) -> float:
+        """When the session started, on the clock, seconds."""
+        return self._zero
+
+    def worst(self) -> Worst:
+        """Return the greatest packet age, lateness and path error since the last call."""
+        return self._supervisor.worst()
 
     def halt(self) -> bool:
         """Bring the arm to rest within the stop's bounds; a trip on the way leaves the rest to the controller.
@@ -160,6 +174,8 @@ class Cycle:
             cause = Cause.NO_NUMBER if met & INVALID else Cause.OUT_OF_BOX
             what = "is no number" if met & INVALID else "would take the tip out of the keep-inside box"
             self._fail(cause, f"a command {what}; it was not sent")
+        if self._on_cycle is not None and phase != record.STOP and (problem := self._on_cycle(now - self._zero)):
+            self._fail(Cause.ALONE, problem)
         return self._last is not ZERO
 
     def _trip(self, now: float, packet: Packet, trip: Trip) -> NoReturn:

@@ -6,8 +6,8 @@ supervisor) leaves through a controlled stop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil, dist, inf, nan, sqrt
+from collections.abc import Callable, Sequence
+from math import ceil, dist, nan, sqrt
 
 from hrcneuro.robot import record
 from hrcneuro.robot.backend import PERIOD, Cause, Packet
@@ -55,7 +55,7 @@ class Loop(Cycle):
         settle: float = 8e-5,
         radius: float = 2e-3,
         patience: float = 0.5,
-        handover: float = inf,
+        near: Callable[[float], bool] | None = None,
     ) -> Track:
         """Move the tip along ``path`` and return once it has arrived and rests, or hands over to the next path.
 
@@ -65,8 +65,9 @@ class Loop(Cycle):
             settle: The tip has arrived within this distance of the end, metres …
             radius: … or, after ``patience`` seconds more, within this one.
             patience: How long to wait for the settling, seconds.
-            handover: From this time on, return as soon as the tip is within ``radius`` of the end, still moving: the
-                caller follows another path from ``Track.motion`` at once.
+            near: Called with its time, seconds from the session's start, in every cycle in which the tip is within
+                ``radius`` of the end, still moving. Where it returns true, the caller follows another path from
+                ``Track.motion`` at once.
 
         Raises:
             Stopped: The tip did not arrive, a limit or the supervisor ended the move; the arm has been stopped.
@@ -74,6 +75,7 @@ class Loop(Cycle):
         first, start, onset, marked = len(self.record), nan, nan, nan
         law, lead, known = self._law, self.lead or 0.0, self.lead is not None
         goal, _ = path.at(path.duration)
+        half = 0.5 * path.duration
         while True:
             now, packet = self._begin()
             if start != start:
@@ -99,9 +101,9 @@ class Loop(Cycle):
                     )
             if self._send(now, packet, qd, phase, move, at) and onset != onset:
                 onset, marked = now, self._mark(now, move)
-            if self.now() >= handover - 1e-9:
+            if near is not None and t > half:
                 off = sqrt(sum((g - a + e) ** 2 for g, a, e in zip(goal, at, (ex, ey, ez), strict=True)))
-                if off <= radius:
+                if off <= radius and near(now - self._zero):
                     motion = path.state(self._next - start)
                     return self._track(first, start, onset, now, marked, motion)
 

@@ -14,10 +14,10 @@ from hrcneuro.robot import kinematics, record
 from hrcneuro.robot.backend import ArmError, Stopped
 from hrcneuro.robot.cell import Position
 from hrcneuro.robot.cycle import OnStop
+from hrcneuro.robot.homing import LEAD_MOVES, LEAD_T_F
 from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
-from hrcneuro.robot.session import LEAD_MOVES, LEAD_T_F
 from hrcneuro.robot.sim import LEAD, SimArm, VirtualClock
 from hrcneuro.robot.trajectory import BoundedPath, TileMove, Trajectory
 from hrcneuro.robot.workspace import Workspace, pose
@@ -56,19 +56,34 @@ def rehearse(
         Foreseen: With the way, and what would stop the arm on it.
     """
     for way in _ways(moves, workspace, pace, lead_given):
-        clock, reasons = VirtualClock(), list[BaseException]()
-        q = kinematics.inverse(pose(way.start), workspace.reach.q[workspace.tile(way.start)], tool=workspace.cell.tool)
-        loop = make_loop(SimArm(clock, q.tolist()), clock, reasons.append)
-        loop.lead = LEAD if way.lead_known else None
-        try:
-            loop.follow(way.path, phase=way.phase, radius=workspace.cell.radius)
-        except Stopped as error:
-            why = reasons[0] if reasons and isinstance(reasons[0], ArmError) else error
-            problem = f"{way.name} the session would be stopped: {why}; nothing has moved"
-            raise Foreseen(error.cause, problem) from error
+        drive(way, workspace, make_loop=make_loop)
 
 
-def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]:
+def drive(way: Way, workspace: Workspace, *, make_loop: MakeLoop, so: str = "nothing has moved") -> None:
+    """Drive a way on the simulated arm.
+
+    Args:
+        way: From rest to rest.
+        workspace: Where the tiles are.
+        make_loop: As of :func:`rehearse`.
+        so: What the message says of the arm itself.
+
+    Raises:
+        Foreseen: With the way, and what would stop the arm on it.
+    """
+    clock, reasons = VirtualClock(), list[BaseException]()
+    q = kinematics.inverse(pose(way.start), workspace.reach.q[workspace.tile(way.start)], tool=workspace.cell.tool)
+    loop = make_loop(SimArm(clock, q.tolist()), clock, reasons.append)
+    loop.lead = LEAD if way.lead_known else None
+    try:
+        loop.follow(way.path, phase=way.phase, radius=workspace.cell.radius)
+    except Stopped as error:
+        why = reasons[0] if reasons and isinstance(reasons[0], ArmError) else error
+        raise Foreseen(error.cause, f"{way.name} the session would be stopped: {why}; {so}") from error
+
+
+def opening(workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]:
+    """Return the ways of every session before its first request; without a lead given, it is not known on them."""
     # Where the arm will stand is not known yet: of its ways home, the one up from the centre stands for all.
     home, centre = workspace.home_position(), workspace.position(*CENTRE)
     up, down = BoundedPath(centre, home, pace.approach), BoundedPath(home, centre, pace.approach)
@@ -76,7 +91,13 @@ def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_g
     yield Way("on the way from home down to the grid", home, down, record.APPROACH, lead_given)
     if not lead_given:
         for a, b in LEAD_MOVES:
-            yield _tile_move("to find the lead, ", workspace, a, b, LEAD_T_F, record.IDENTIFY, lead_known=False)
+            yield tile_move(
+                workspace, a, b, LEAD_T_F, when="to find the lead, ", phase=record.IDENTIFY, lead_known=False
+            )
+
+
+def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]:
+    yield from opening(workspace, pace, lead_given)
     approaches, quickest, tile = dict[tuple[Tile, Tile], None](), dict[tuple[Tile, Tile], float](), CENTRE
     for move in moves:
         if move.first and tile != move.start:
@@ -86,16 +107,29 @@ def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_g
             quickest[between] = min(move.t_f, quickest.get(between, move.t_f))
         tile = move.end
     for a, b in approaches:
-        start, end = workspace.position(*a), workspace.position(*b)
-        path = BoundedPath(start, end, pace.approach)
-        yield Way(f"on the approach from tile {a} to {b}", start, path, record.APPROACH)
+        yield approach(workspace, pace, a, b)
     for (a, b), t_f in quickest.items():
-        yield _tile_move("", workspace, a, b, t_f, record.MOVE)
+        yield tile_move(workspace, a, b, t_f)
 
 
-def _tile_move(
-    when: str, workspace: Workspace, a: Tile, b: Tile, t_f: float, phase: int, *, lead_known: bool = True
+def approach(workspace: Workspace, pace: Pace, a: Tile, b: Tile) -> Way:
+    """Return the way from over one tile to over another, between episodes."""
+    start, end = workspace.position(*a), workspace.position(*b)
+    path = BoundedPath(start, end, pace.approach)
+    return Way(f"on the approach from tile {a} to {b}", start, path, record.APPROACH)
+
+
+def tile_move(
+    workspace: Workspace,
+    a: Tile,
+    b: Tile,
+    t_f: float,
+    *,
+    when: str = "",
+    phase: int = record.MOVE,
+    lead_known: bool = True,
 ) -> Way:
+    """Return the way of a move from tile to tile in ``t_f`` seconds; ``when`` begins what it is called."""
     start, end = workspace.position(*a), workspace.position(*b)
     name = f"{when}in the move from tile {a} to {b} in {t_f:g} s"
     return Way(name, start, TileMove(start, end, t_f), phase, lead_known)

@@ -24,6 +24,15 @@ class Trip:
     brake: bool = True  # whether the controller still takes a stop command
 
 
+@dataclass(frozen=True)
+class Worst:
+    """The greatest of a time."""
+
+    age: float  # of a packet, seconds
+    late: float  # by which a cycle began, seconds
+    off: float  # of the tip from where it should be, metres
+
+
 class Supervisor:
     """Checks safety bits, program, speed slider, the age of the packet, the loop's own lateness and the path error."""
 
@@ -44,6 +53,7 @@ class Supervisor:
         self.max_off = 1e-3 * safety.max_path_error_mm
         self.min_scaling = min_scaling
         self._keeper = keeper
+        self._age = self._late = self._off = 0.0
 
     def check(self, packet: Packet, now: float, late: float = 0.0) -> Trip | None:
         """Return None while the arm may move, else the reason to stop; the gravest where several hold.
@@ -55,6 +65,10 @@ class Supervisor:
         """
         if late > PERIOD / 2:
             self._late_cycles.append((now, late))
+        if late > self._late:
+            self._late = late
+        if now - packet.stamp > self._age:
+            self._age = now - packet.stamp
         # The half nanosecond keeps a packet of exactly the greatest age from tripping on rounding.
         if (
             packet.safety == NORMAL
@@ -81,11 +95,19 @@ class Supervisor:
         """Return why the tip may not go on, ``off`` metres from where it should be, None while it may."""
         most = self.max_off * (1.0 if lead_known else _UNKNOWN_LEAD)
         if off <= most:
+            if off > self._off:
+                self._off = off
             return None
         return Trip(
             Cause.OFF_PATH,
             f"the tip is {1e3 * off:.1f} mm off its path; {1e3 * most:.1f} mm are allowed (robot.max_path_error_mm)",
         )
+
+    def worst(self) -> Worst:
+        """Return the greatest packet age, lateness and allowed path error since the last call."""
+        worst = Worst(self._age, self._late, self._off)
+        self._age = self._late = self._off = 0.0
+        return worst
 
     def _reason(self, packet: Packet, now: float, late: float) -> Trip | None:
         if packet.safety & EMERGENCY:

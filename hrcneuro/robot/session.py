@@ -1,31 +1,23 @@
-"""A session: home, find the lead, then one move after the other at the log's pace."""
+"""A session: home, find the lead, then one thing after the other as it is asked for, or as a log has it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import isfinite, nan
 
-import numpy as np
-
-from hrcneuro.paradigm.grid import CENTRE, Tile
-from hrcneuro.robot import kinematics, record
-from hrcneuro.robot.backend import PERIOD, ArmError, Cause
-from hrcneuro.robot.identify import response_lead
+from hrcneuro.paradigm.grid import CENTRE, Tile, distance, inside
+from hrcneuro.paradigm.timing import IN_RADIUS
+from hrcneuro.robot import record
+from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.homing import check_lead, find_lead, go_home
 from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.record import Track
+from hrcneuro.robot.requests import Approach, Arrived, Finish, InRadius, Make, Ready, Replay, Request, Source, Stays
 from hrcneuro.robot.trajectory import BoundedPath, MotionState, MovingStart, TileMove, Trajectory
-from hrcneuro.robot.workspace import DOWN, Flaw, WayError, Workspace
-
-# A tool within half a degree of vertical is righted by the tracking law without a jolt.
-_UPRIGHT = np.radians(0.5)
-_CORNERS = [(CENTRE[0] + down, CENTRE[1] + right) for down, right in ((0, 0), (1, 0), (1, 1), (0, 1), (0, 0))]
-# What finds the lead: a round trip of moves from tile to tile, and their duration, seconds.
-LEAD_MOVES: tuple[tuple[Tile, Tile], ...] = tuple(pairwise(_CORNERS))
-LEAD_T_F = 0.9
+from hrcneuro.robot.workspace import Workspace
 
 
 @dataclass(frozen=True)
@@ -48,94 +40,136 @@ class Executed:
         return not self.move.dwells and isfinite(self.track.onset)
 
 
-def go_home(loop: Loop, workspace: Workspace, *, pace: Pace) -> None:
-    """Bring the tip above the grid's centre, jerk-limited: up and across where the tool points down, else by joints.
-
-    Raises:
-        ArmError: The arm stands outside the cell, or with another elbow or wrist: nothing moves.
-        WayError: The way home leads out of the box or near a singularity: nothing moves.
-    """
-    q = np.array(loop.measured().q)
-    pose = kinematics.forward(q, tool=workspace.cell.tool)
-    tip, home = pose[:3, 3], workspace.home()
-    if not workspace.inside(tip):
-        raise ArmError(
-            Cause.STARTS_OUTSIDE,
-            f"the tool's tip stands at ({tip[0]:.3f}, {tip[1]:.3f}, {tip[2]:.3f}) m, outside the keep-inside box",
-        )
-    if np.abs(q - home).max() > np.pi / 2:
-        joint = int(np.argmax(np.abs(q - home)))
-        raise ArmError(
-            Cause.STARTS_FOLDED,
-            f"joint {joint + 1} stands at {np.degrees(q[joint]):.0f}°, home is at {np.degrees(home[joint]):.0f}°: "
-            "another elbow or wrist configuration",
-        )
-    tilt = float(np.linalg.norm(kinematics.rotation_vector(DOWN @ pose[:3, :3].T)))
-    if tilt > _UPRIGHT:
-        turn = BoundedPath(q.tolist(), home.tolist(), pace.homing)
-        _check_turn(turn, workspace)
-        loop.resume()
-        loop.follow_joints(turn)
-        return
-    goal = workspace.home_position()
-    lifted = (float(tip[0]), float(tip[1]), max(float(tip[2]), goal[2]))
-    ways = ((tip.tolist(), lifted), (lifted, goal))
-    for start, end in ways:
-        workspace.check_way(start, end, near=q)
-    loop.resume()
-    for start, end in ways:
-        loop.follow(BoundedPath(start, end, pace.approach), phase=record.HOME, radius=workspace.cell.radius)
+Event = Ready | Arrived | Stays | InRadius | Executed
 
 
-def _check_turn(turn: BoundedPath, workspace: Workspace) -> None:
-    q = np.array([turn.at(t)[0] for t in np.linspace(0.0, turn.duration, 60)])
-    for x, y, z in kinematics.forward(q, tool=workspace.cell.tool)[:, :3, 3]:
-        if not workspace.inside((x, y, z)):
-            raise WayError(
-                Flaw.OUT_OF_BOX,
-                f"the way home, by joints, leads through ({x:.3f}, {y:.3f}, {z:.3f}) m, outside the keep-inside box",
-            )
-
-
-def find_lead(loop: Loop, workspace: Workspace, *, t_f: float = LEAD_T_F, tries: int = 3) -> float:
-    """Return the lead, seconds, from four tile moves around the grid's centre, which end where they began.
-
-    A round in which a cycle came late is made again, ``tries`` times at most: the most even one counts.
-    """
-    rounds: list[tuple[float, record.Telemetry]] = []
-    while not rounds or (rounds[-1][0] > 1.5 * PERIOD and len(rounds) < tries):
-        first = len(loop.record)
-        for start, end in LEAD_MOVES:
-            path = TileMove(workspace.position(*start), workspace.position(*end), t_f)
-            loop.follow(path, phase=record.IDENTIFY, radius=workspace.cell.radius)
-        telemetry = loop.record.telemetry(first)
-        rounds.append((float(np.diff(telemetry.time).max()), telemetry))
-    return response_lead(min(rounds, key=lambda one: one[0])[1])
-
-
-def check_lead(lead: float, *, most: float) -> None:
-    """Refuse an arm whose answers are late all the time: the age of packets counts from the quickest, and shows none.
-
-    Args:
-        lead: The measured one, seconds.
-        most: The greatest allowed, seconds.
-
-    Raises:
-        ArmError: It is greater.
-    """
-    if lead > most:
-        raise ArmError(
-            Cause.SLOW_ANSWER,
-            f"the measured lead is {1e3 * lead:.0f} ms: so long after a command its effect is seen; "
-            f"{1e3 * most:.0f} ms are allowed (robot.max_lead_s)",
-        )
-
-
-def approach(loop: Loop, workspace: Workspace, tile: Tile, *, pace: Pace, here: Sequence[float]) -> None:
+def approach(loop: Loop, workspace: Workspace, tile: Tile, *, pace: Pace, here: Sequence[float]) -> Track:
     """Bring the tip from ``here`` (x, y, z) over ``tile`` in a straight line."""
     # The way was checked before the session: here it would cost a cycle.
     path = BoundedPath(here, workspace.position(*tile), pace.approach)
-    loop.follow(path, phase=record.APPROACH, radius=workspace.cell.radius)
+    return loop.follow(path, phase=record.APPROACH, radius=workspace.cell.radius)
+
+
+def serve(
+    loop: Loop,
+    workspace: Workspace,
+    source: Source,
+    *,
+    lead: float | None,
+    most_lead: float,
+    pace: Pace,
+    tell: Callable[[Event], None],
+) -> None:
+    """Bring the arm home, find its lead, and do what ``source`` asks for until it asks to finish.
+
+    Args:
+        loop: A fresh loop; it is left at rest, not stopped.
+        workspace: Where the tiles are.
+        source: Is asked in every cycle at rest; where ``pace.start_next`` is ``in_radius``, also in every cycle within
+            the radius of a move's goal. What it asks for was looked ahead to: here that would cost cycles.
+        lead: Of the feed-forward, seconds; None: measured first.
+        most_lead: A measured lead above this ends the session before its first request, seconds.
+        pace: Bounds, and whether moves flow into each other.
+        tell: Takes what happens, at the end of the cycle in which it does; it must not wait.
+
+    Raises:
+        ArmError: The arm is not where it may start, answers too slowly, or was stopped on the way.
+        ValueError: A move does not begin where the arm stands, or goes farther than a tile; or it leads off the grid.
+    """
+    loop.lead = lead
+    go_home(loop, workspace, pace=pace)
+    approach(loop, workspace, CENTRE, pace=pace, here=workspace.home_position())
+    if lead is None:
+        loop.lead = find_lead(loop, workspace)
+        check_lead(loop.lead, most=most_lead)
+        loop.resume()
+    tell(Ready(loop.now() - PERIOD, loop.lead or 0.0))
+    _Service(loop, workspace, source, pace, tell).run()
+
+
+class _Service:
+    """Does what is asked for, from one tile to the next."""
+
+    def __init__(
+        self, loop: Loop, workspace: Workspace, source: Source, pace: Pace, tell: Callable[[Event], None]
+    ) -> None:
+        self._loop, self._workspace, self._source, self._pace, self._tell = loop, workspace, source, pace, tell
+        self._flows = pace.start_next == "in_radius"
+        self._tile = CENTRE
+        self._motion: MotionState | None = None  # of the move before, where the next one takes over without rest
+        self._waiting: Request | None = None  # what was asked for while the arm moved
+
+    def run(self) -> None:
+        """Return once it is asked to finish."""
+        while not isinstance(request := self._next(), Finish):
+            if request is None:
+                self._loop.rest(self._loop.now() + PERIOD, at=self._here())
+            elif isinstance(request, Approach):
+                self._approach(request.tile)
+            else:
+                self._make(request)
+
+    def _next(self) -> Request | None:
+        request, self._waiting = self._waiting or self._source(self._loop.now(), False), None
+        return request
+
+    def _here(self) -> tuple[float, float, float]:
+        return self._workspace.position(*self._tile)
+
+    def _approach(self, tile: Tile) -> None:
+        when = self._loop.now()
+        if not inside(tile):
+            raise ValueError(f"an approach to tile {tile}, which lies off the grid")
+        if tile != self._tile:
+            when = approach(self._loop, self._workspace, tile, pace=self._pace, here=self._here()).end
+        self._tile = tile
+        self._tell(Arrived(tile, when))
+
+    def _make(self, request: Make) -> None:
+        move, index = request.move, request.index
+        if move.start != self._tile or distance(move.start, move.end) > 1 or not inside(move.end):
+            raise ValueError(
+                f"move {index} goes from tile {move.start} to {move.end}; the arm stands over {self._tile}, and a move "
+                "goes one tile"
+            )
+        if self._motion is None:
+            self._loop.rest(request.not_before, at=self._here())
+        track = self._dwell(request) if move.dwells else self._tile_move(request)
+        executed = Executed(index, move, track, flowed=self._motion is not None)
+        self._motion, self._tile = track.motion, move.end
+        self._tell(executed)
+
+    def _dwell(self, request: Make) -> Track:
+        loop, here = self._loop, self._here()
+        first, start = len(loop.record), loop.now()
+        self._tell(Stays(request.index, start))
+        # Keys are accepted when they would be after a move of this duration.
+        for share in (IN_RADIUS, 1.0):
+            loop.rest(start + share * request.move.t_f, at=here, move=request.index)
+            if share == IN_RADIUS:
+                self._tell(InRadius(request.index, loop.now()))
+        return Track(first, len(loop.record), start, nan, loop.now())
+
+    def _tile_move(self, request: Make) -> Track:
+        index, told = request.index, False
+
+        def near(when: float) -> bool:
+            nonlocal told
+            if not told:
+                told = True
+                self._tell(InRadius(index, when))
+            return self._flows and self._takes_over()
+
+        track = tile_move(self._loop, self._workspace, request.move, index, motion=self._motion, near=near)
+        if not told:
+            self._tell(InRadius(index, track.end))
+        return track
+
+    def _takes_over(self) -> bool:
+        now = self._loop.now()
+        self._waiting = self._waiting or self._source(now, True)
+        after = self._waiting
+        return isinstance(after, Make) and not after.move.dwells and now >= after.not_before - 1e-9
 
 
 def run_session(
@@ -162,35 +196,14 @@ def run_session(
     Raises:
         ArmError: The arm is not where it may start, answers too slowly, or was stopped on the way.
     """
-    loop.lead = lead
-    go_home(loop, workspace, pace=pace)
-    tile = CENTRE
-    approach(loop, workspace, tile, pace=pace, here=workspace.home_position())
-    if lead is None:
-        loop.lead = find_lead(loop, workspace)
-        check_lead(loop.lead, most=most_lead)
-        loop.resume()
-    due, motion, in_radius = -np.inf, None, pace.start_next == "in_radius"
-    for index, move in enumerate(moves):
-        here = workspace.position(*move.start)
-        if move.first:
-            if tile != move.start:
-                approach(loop, workspace, move.start, pace=pace, here=workspace.position(*tile))
-            due = loop.now() + pace.pause_s
-        if motion is None:
-            loop.rest(due, at=here)
-        gap = min(move.gap, pace.longest_gap_s) if isfinite(move.gap) else -np.inf
-        follower = moves[index + 1] if index + 1 < len(moves) else None
-        flows = in_radius and follower is not None and not follower.first and not follower.dwells
-        if move.dwells:
-            track = dwell(loop, move, here, index)
-        else:
-            track = tile_move(
-                loop, workspace, move, index, motion=motion, handover=loop.now() + gap if flows else np.inf
-            )
-        executed = Executed(index, move, track, flowed=motion is not None)
-        on_executed(executed)
-        due, motion, tile = executed.began + gap, track.motion, move.end
+    replay = Replay(moves, pace)
+
+    def take(event: Event) -> None:
+        if isinstance(event, Executed):
+            replay.executed(event.began)
+            on_executed(event)
+
+    serve(loop, workspace, replay, lead=lead, most_lead=most_lead, pace=pace, tell=take)
 
 
 def tile_move(
@@ -200,18 +213,11 @@ def tile_move(
     index: int,
     *,
     motion: MotionState | None = None,
-    handover: float = np.inf,
+    near: Callable[[float], bool] | None = None,
 ) -> Track:
     """Follow one tile move by Eq 1–2, or from ``motion`` where it takes over from the move before."""
     end = workspace.position(*move.end)
     path: Trajectory = TileMove(workspace.position(*move.start), end, move.t_f)
     if motion is not None:
         path = MovingStart(motion, end, move.t_f)
-    return loop.follow(path, phase=record.MOVE, move=index, radius=workspace.cell.radius, handover=handover)
-
-
-def dwell(loop: Loop, move: PlannedMove, here: Sequence[float], index: int) -> Track:
-    """Stay for the duration of a move that was clamped at the grid's edge."""
-    first, start = len(loop.record), loop.now()
-    loop.rest(start + move.t_f, at=here, move=index)
-    return Track(first, len(loop.record), start, nan, loop.now())
+    return loop.follow(path, phase=record.MOVE, move=index, radius=workspace.cell.radius, near=near)

@@ -1,4 +1,4 @@
-"""The in-process arm: a kinematic UR10 on a virtual clock. Deterministic, and far faster than real time."""
+"""The in-process arm: a kinematic UR10. On a virtual clock it is deterministic, and far faster than real time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
-from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, Packet
+from hrcneuro.robot.backend import EMERGENCY, PERIOD, PROTECTIVE, STOPPED, Clock, Packet
 
 LEAD = 0.027  # seconds by which the arm trails its commands: a cycle of delay, the lag, half a cycle for the hold
 _SILENCE = 0.1  # seconds without a command after which the arm stops by itself, as speedj with t = 0.1 does
@@ -42,7 +42,7 @@ class SimArm:
 
     def __init__(
         self,
-        clock: VirtualClock,
+        clock: Clock,
         q: Sequence[float],
         *,
         lag: float = 0.015,
@@ -70,6 +70,10 @@ class SimArm:
         self._packet: Packet | None = None
         keep = exp(-PERIOD / lag)
         self._keep, self._reach = keep, lag * (1.0 - keep)
+
+    def align(self) -> None:
+        """Let a cycle of the arm begin now, which rests: a loop that begins at once then reads each packet in time."""
+        self._at = self._commanded_at = self._clock.now()
 
     def state(self) -> Packet:
         """Return the arm's packet at the clock's time."""

@@ -32,7 +32,8 @@ class Source(Protocol):
 def study_rules(configs: Mapping[str, Source]) -> pd.DataFrame:
     """Return one row a rule of these subjects' moves: rule, measured, target, ok (see ``paradigm.rules.check_rules``).
 
-    Rules of timing are measured where the moves are timed by simulation; the authors' logs have no times.
+    Rules of timing are measured where the moves are timed by simulation; the authors' logs have no times. An episode
+    that was broken off is left out: it has no goal.
 
     Raises:
         ConfigError: The source has no moves of this experiment.
@@ -78,12 +79,30 @@ def _moves(config: Source, subject: str) -> pd.DataFrame:
     if config.source == "synthetic":
         return simulated.simulate_trials(subject, session=config.session, timing=config.timing, seed=config.seed)
     if config.source == "semisynthetic":
-        return simulated.logged_trials(config.path, subject, timing=config.timing, seed=config.seed)
+        moves = simulated.logged_trials(config.path, subject, timing=config.timing, seed=config.seed)
+        return _arrived(moves, layout.dataset_files(config.path, subject, eeg=False))
     if config.source == "dataset":
-        return read_log(Path(config.path).expanduser(), subject)
+        moves = read_log(Path(config.path).expanduser(), subject)
+        return _arrived(moves, layout.dataset_files(config.path, subject, eeg=False))
     if config.source == "recording":
-        return sessions.read_moves(layout.session_files(config.path, subject))
+        files = layout.session_files(config.path, subject)
+        return _arrived(sessions.read_moves(files), files)
     raise ConfigError(
         f"acquire.source = {config.source!r} has no moves of this experiment",
         cure="--rules is for source = synthetic, semisynthetic, dataset or recording",
     )
+
+
+def _arrived(moves: pd.DataFrame, files: Mapping[str, Path]) -> pd.DataFrame:
+    """Return the moves of the episodes that were not broken off."""
+    from hrcneuro.paradigm.conditions import EPISODE
+    from hrcneuro.sources import experiments
+    from hrcneuro.sources.authors_log import block_name
+
+    kept = experiments.beside(files["log"])
+    if kept is None:
+        return moves
+    sizes = moves.groupby(list(EPISODE), sort=False)["trial"].transform("size")
+    rows = zip(*(moves[name] for name in EPISODE), sizes, strict=True)
+    stay = [not kept.broken_off((block_name(practice, block), number), size) for practice, block, number, size in rows]
+    return moves[stay].reset_index(drop=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import DataError
-from hrcneuro.sources import spreadsheets
+from hrcneuro.sources import experiments, spreadsheets
 from hrcneuro.sources.events import separate
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.layout import dataset_files
@@ -68,7 +68,9 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
     """
     recording = read_eeg(folder, subject)
     trials = read_moves(folder, subject, recording)
-    recording.origins = with_log(recording.origins, dataset_files(folder, subject))
+    files = dataset_files(folder, subject)
+    recording.origins = with_log(recording.origins, files)
+    recording.notes += experiments.notes_of(files["log"])
     return recording, place(trials, match(recording, trials, subject, onset_event=onset_event).onsets_s)
 
 

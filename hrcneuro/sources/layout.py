@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources import experiments
 from hrcneuro.sources.formats import READABLE
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.named import find_path, is_there
@@ -20,8 +21,9 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
     """Return label -> file of one subject in the authors' layout: ``sNN/sNN.set``, ``.fdt``, ``subjectNN.csv``,
     ``metadataNN.csv``.
 
-    Labels are ``set``, ``fdt``, ``log`` and ``metadata``. Without ``eeg`` only the logs are asked for. The ``.fdt``
-    and the metadata are left out where they are absent: a ``.set`` may hold its own data.
+    Labels are ``set``, ``fdt``, ``log`` and ``metadata``, and ``kept`` where an experiment wrote the log. Without
+    ``eeg`` only the logs are asked for. The ``.fdt`` and the metadata are left out where they are absent: a ``.set``
+    may hold its own data.
 
     Raises:
         ConfigError: No path is configured.
@@ -40,8 +42,8 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
             f"{root} has no subject {subject!r}{did_you_mean(subject, have)}; subjects found: {_span(have)}",
             cure="name one of them, or point acquire.path to the folder that holds the subject",
         )
-    number = subject.lstrip("s")
-    files = {"log": home / f"subject{number}.csv"}
+    names = log_names(subject)
+    files = {"log": home / names["log"]}
     if eeg:
         files["set"] = home / f"{subject}.set"
     for label, path in files.items():
@@ -52,9 +54,22 @@ def dataset_files(folder: str, subject: str, *, eeg: bool = True) -> dict[str, P
                 f"{home} holds {_span(sorted(p.name for p in home.iterdir()))}",
                 cure=_missing(label),
             )
-    metadata = home / f"metadata{number}.csv"
+    metadata = home / names["metadata"]
     optional = {"metadata": metadata} if is_there(metadata) else {}
-    return _whole(files | optional | (companions(files["set"]) if eeg else {}))
+    return _whole(files | optional | _kept(files["log"]) | (companions(files["set"]) if eeg else {}))
+
+
+def log_names(subject: str) -> dict[str, str]:
+    """Return label -> name of a subject's ``log`` and ``metadata`` in the authors' layout; s01's are subject01.csv and
+    metadata01.csv."""
+    number = subject.lstrip("s")
+    return {"log": f"subject{number}.csv", "metadata": f"metadata{number}.csv"}
+
+
+def _kept(log: Path) -> dict[str, Path]:
+    """Return what an experiment kept beside its log: it decides how the log is read."""
+    path = log.with_name(experiments.FILE)
+    return {"kept": path} if path.is_file() else {}
 
 
 def recording_files(pattern: str, subject: str) -> dict[str, Path]:
@@ -98,11 +113,12 @@ def recording_files(pattern: str, subject: str) -> dict[str, Path]:
 
 
 def session_files(pattern: str, subject: str) -> dict[str, Path]:
-    """Return label -> file of a subject's recorded session: ``part 1`` … (XDF), ``log`` and ``metadata`` (CSV).
+    """Return label -> file of a subject's recorded session: ``part 1`` … (XDF), ``log`` and ``metadata`` (CSV), and
+    ``kept`` where an experiment wrote the log.
 
     Args:
         pattern: Folder of a recording, ``{subject}`` and ``*`` as in :func:`recording_files`; of several folders all
-            parts are taken, and the one log that they hold.
+            parts are taken, and the one log that they hold, or that an experiment wrote one folder above.
         subject: Its name.
 
     Raises:
@@ -120,8 +136,12 @@ def session_files(pattern: str, subject: str) -> dict[str, Path]:
             cure="name the folder that 'hrcneuro record' or LabRecorder wrote: acquire.path = 'recordings/{subject}/*'",
         )
     files = {f"part {number}": path for number, path in enumerate(parts, start=1)}
+    above = sorted({folder.parent for folder in folders} - set(folders))
     for label, start in (("log", "subject"), ("metadata", "metadata")):
         there = [path for path in inside if re.fullmatch(rf"{start}\d*\.csv", path.name)]
+        # A subject of any name has one; above, only this subject's.
+        there += [path for folder in (*folders, *above) if (path := folder / log_names(subject)[label]).is_file()]
+        there = list(dict.fromkeys(there))
         if len(there) != 1:
             raise DataError(
                 f"a session has one {start}NN.csv beside its recording; {', '.join(map(str, folders))} of {subject} "
@@ -129,7 +149,7 @@ def session_files(pattern: str, subject: str) -> dict[str, Path]:
                 cure="put the experiment's log there; a recording without one is acquire.source = 'file'",
             )
         files[label] = there[0]
-    return _whole(files)
+    return _whole(files | _kept(files["log"]))
 
 
 def _folders(pattern: str, subject: str) -> list[Path]:

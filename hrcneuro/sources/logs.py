@@ -3,6 +3,8 @@
 Their peculiarities are dealt with here and nowhere else: x is the row, y the column, after the move; the metadata's
 "End position y" is the start column; in an error whose intended move is north, East and West are logged the wrong way
 round, so the executed direction is taken from the displacement.
+
+Where an experiment wrote the log, what it kept beside tells which episodes were broken off, and who owned what.
 """
 
 from __future__ import annotations
@@ -12,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro.errors import DataError, did_you_mean
 from hrcneuro.paradigm.design import MOVE
-from hrcneuro.sources import spreadsheets, words
+from hrcneuro.sources import experiments, spreadsheets, words
 from hrcneuro.sources.layout import dataset_files
 from hrcneuro.sources.pointers import refuse_pointer
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hrcneuro.paradigm.owners import Directions
+    from hrcneuro.sources.experiments import Kept
 
 # What tells where episodes start and end, and how many moves they have; the rest of the metadata follows from the log.
 _METADATA = {
@@ -59,21 +61,63 @@ def read_log_files(path: Path, other: Path) -> pd.DataFrame:
         DataError: One of them is a Git LFS pointer, truncated, has wrong columns or values, or they contradict each
             other.
     """
+    kept = experiments.beside(path)
+    if kept is None:
+        return _read_pair(path, other, None)
+    try:
+        return _read_pair(path, other, kept)
+    except DataError as error:
+        raise DataError(error.problem, cure=experiments.CURE) from error
+
+
+def _read_pair(path: Path, other: Path, kept: Kept | None) -> pd.DataFrame:
     from hrcneuro.paradigm.conditions import annotate
 
-    log = _translate(_read(path, words.LOG), path)
+    # An experiment that is killed may leave the last line torn.
+    log = _translate(_read(path, words.LOG, torn=kept is not None), path)
     metadata = _read(other, _METADATA)
+    if kept is not None:
+        metadata = _caught_up(log, metadata, kept)
     _compare(log, metadata, path, other)
-    return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path))
+    return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path, kept or experiments.Kept()))
 
 
-def _read(path: Path, columns: dict[str, str]) -> pd.DataFrame:
-    """Return the named columns of a CSV file under short names; other columns are ignored."""
+def _caught_up(log: pd.DataFrame, metadata: pd.DataFrame, kept: Kept) -> pd.DataFrame:
+    """Return the metadata with the log's last moves counted: an experiment that was killed, or whose disk was full, may
+    not have come to that."""
+    import pandas as pd
+
+    rows: dict[Any, Any] = {}
+    for one in metadata.to_dict("records"):
+        if (one["block"], one["episode"]) in rows:
+            return metadata
+        rows[one["block"], one["episode"]] = one
+    last = next(reversed(rows), None)
+    human = (log["key"] != "").groupby([log["block"], log["episode"]], sort=False)
+    sizes = human.size()
+    episode: Any
+    for episode, keys in human.sum().items():
+        moves = int(sizes[episode])
+        # What was kept is never behind the log.
+        known = episode in kept.ends and moves <= kept.moves.get(episode, 0)
+        if not known or (episode in rows and episode != last):
+            continue
+        said = rows.get(episode, {"agent_moves": 0, "human_moves": 0})
+        if moves > said["agent_moves"] + said["human_moves"]:
+            counts = {"agent_moves": moves - int(keys), "human_moves": int(keys)}
+            rows[episode] = {**dict(zip(metadata, (*episode, *kept.ends[episode]), strict=False)), **counts}
+    return pd.DataFrame(list(rows.values()), columns=list(metadata))
+
+
+def _read(path: Path, columns: dict[str, str], *, torn: bool = False) -> pd.DataFrame:
+    """Return the named columns of a CSV file under short names; other columns are ignored, and a torn last line."""
     import pandas as pd
 
     refuse_pointer(path)
     try:
         content, separator = spreadsheets.opened(path)
+        if torn:
+            content.truncate(content.getvalue().rfind("\n") + 1)
         text = pd.read_csv(content, sep=separator, dtype=str, keep_default_na=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeError) as error:
         raise DataError(f"{path.name} cannot be read as CSV: {error}", cure=_CURE) from error
@@ -161,9 +205,11 @@ def _name(episode: Any) -> str:
     return f"{episode[0]}, episode {episode[1]}"
 
 
-def _trials(log: pd.DataFrame, path: Path) -> pd.DataFrame:
+def _trials(log: pd.DataFrame, path: Path, kept: Kept) -> pd.DataFrame:
     """Return the raw columns of the trial table from a log that carries its episodes' start and goal tiles."""
     import pandas as pd
+
+    from hrcneuro.sources.plans import robot_plans
 
     episode = log.groupby(["block", "episode"], sort=False)
     if (episode.cumcount() != log["trial"]).any():
@@ -175,8 +221,8 @@ def _trials(log: pd.DataFrame, path: Path) -> pd.DataFrame:
     start_col = episode["col"].shift().fillna(log["start_col"]).astype(int)
     executed = [_step(*tiles) for tiles in zip(start_row, start_col, log["row"], log["col"], strict=True)]
     human = log["key"] != ""
-    intended = log["key"].where(human, _robot_plans(log, human, executed))
-    _check_tiles(log, executed, intended, path)
+    intended = log["key"].where(human, robot_plans(log, human, executed, kept.directions))
+    _check_tiles(log, executed, intended, path, kept)
     key_wrong = [key != "" and key not in target for key, target in zip(log["key"], log["target"], strict=True)]
     return pd.DataFrame(
         {
@@ -210,55 +256,10 @@ def _step(start_row: int, start_col: int, row: int, col: int) -> str:
         return "?"
 
 
-def _robot_plans(log: pd.DataFrame, human: pd.Series, executed: list[str]) -> pd.Series:
-    """Return what the robot intended: in an error the log tells only what came of it, but its rule is known."""
-    from hrcneuro.paradigm.owners import Areas, Owners
-    from hrcneuro.paradigm.partners import robot_plan
+def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, path: Path, kept: Kept) -> None:
+    """Raise where a tile cannot follow from the one before, or an episode that went on does not end on its goal."""
+    import pandas as pd
 
-    plans = log["logged"].where(~log["error"].astype(bool), "")
-    moves = log.assign(actor=human.map({True: "human", False: "robot"}), step=executed)
-    everywhere = Areas(frozenset())
-    for _, block in moves.groupby("block", sort=False):
-        owners: Owners = everywhere
-        if block["scenario"].iloc[0] == "iC":
-            owners = _directions(block)
-        todo = block.index[~human[block.index] & (plans[block.index] == "")]
-        plans[todo] = [robot_plan(owners, target) for target in log["target"][todo]]
-    return plans
-
-
-def _directions(block: pd.DataFrame) -> Directions:
-    """Return the human's two directions in a block of iC: the first pair that every move agrees with.
-
-    A whole block leaves no choice; in a few moves, some direction may not occur. Where no pair fits, the log
-    contradicts itself, and the straight targets on which the human acted stand for it.
-    """
-    from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Directions
-
-    rows = list(zip(*(block[c] for c in ("actor", "target", "error", "logged", "step")), strict=True))
-    for pair in DIRECTION_PAIRS:
-        if all(_agrees(Directions(pair), *row) for row in rows):
-            return Directions(pair)
-    straight = (block["target"].str.len() == 1) & (block["actor"] == "human")
-    return Directions(frozenset(block["target"][straight]))
-
-
-def _agrees(owners: Directions, actor: str, target: str, error: bool, logged: str, step: str) -> bool:
-    """Return whether a move of iC can have happened under these owners."""
-    from hrcneuro.paradigm.owners import actor_of
-    from hrcneuro.paradigm.partners import robot_plan
-
-    if actor != actor_of(owners, (0, 0), target):
-        return False
-    if actor == "human":
-        return True
-    plan = robot_plan(owners, target)
-    went = words.mirrored(logged, error=error, intended=plan)
-    return error == (went != plan) and step in ("", went)
-
-
-def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, path: Path) -> None:
-    """Raise where a tile cannot follow from the one before, or contradicts the logged direction."""
     wrong = []
     for step, plan, logged, error in zip(executed, intended, log["logged"], log["error"], strict=True):
         wrong.append(step not in ("", words.mirrored(logged, error=error, intended=plan)))
@@ -273,6 +274,9 @@ def _check_tiles(log: pd.DataFrame, executed: list[str], intended: pd.Series, pa
         )
     last = log.groupby(["block", "episode"], sort=False).tail(1)
     astray = last[(last["row"] != last["goal_row"]) | (last["col"] != last["goal_col"])]
+    ends = zip(astray["block"], astray["episode"], astray["trial"], strict=True)
+    broken = [kept.broken_off((block, number), trial + 1) for block, number, trial in ends]
+    astray = astray[~pd.Series(broken, index=astray.index, dtype=bool)]
     if len(astray):
         row = astray.iloc[0]
         raise DataError(

@@ -15,7 +15,7 @@ from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import DataError
 from hrcneuro.live.part import number_of
 from hrcneuro.paradigm.markers import move_in
-from hrcneuro.sources import dataset, joining, triggers
+from hrcneuro.sources import dataset, experiments, joining, triggers
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.logs import read_log_files
 from hrcneuro.sources.origin import with_log
@@ -50,6 +50,7 @@ def read(files: dict[str, Path], options: Source) -> Recording:
     parts = [path for label, path in files.items() if label.startswith("part ")]
     recording = joining.read_joined(in_order(parts), **xdf)
     recording.origins = with_log(recording.origins, files)
+    recording.notes += experiments.notes_of(files["log"])
     return recording
 
 

@@ -152,6 +152,7 @@ def _read(config: Config, unit: str) -> _Acquired:
     if config.source in ("synthetic", "semisynthetic"):
         signals, moves, truth = _simulate(config, unit)
         signals.origins = _simulated_origins(config, unit)
+        signals.notes += _log_notes(config, unit)
         return _Acquired(signals, study_trials(moves, unit, signals.sfreq), truth)
     if config.source == "dataset":
         signals, moves = dataset.read_study(config.path, unit, onset_event=config.onset_event)
@@ -182,6 +183,13 @@ def _simulated_origins(config: Config, unit: str) -> origin.Origins:
     simulated = origin.Origins(origin.Origin.SYNTHETIC, origin.Origin.UNKNOWN)
     known = origin.with_log(simulated, layout.dataset_files(config.path, unit, eeg=False))
     return origin.vouched(known, config.recorded)
+
+
+def _log_notes(config: Config, unit: str) -> list[str]:
+    from hrcneuro.sources import experiments
+
+    files = sources(config, unit)
+    return experiments.notes_of(files["log"]) if "log" in files else []
 
 
 def _simulate(config: Config, unit: str) -> tuple[Recording, pd.DataFrame, dict[str, Any]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import gc
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +18,10 @@ from hrcneuro.robot.parameters import Durations, Pace, Safety, Selection
 from hrcneuro.robot.tracking import Tracking
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import pandas as pd
 
     from hrcneuro.analyses.driven import Driven
     from hrcneuro.robot.backend import Backend, Clock
-    from hrcneuro.robot.cycle import OnStop
-    from hrcneuro.robot.loop import Loop
     from hrcneuro.robot.plan import PlannedMove
     from hrcneuro.robot.workspace import Workspace
 
@@ -174,6 +169,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
     """Drive the arm through the session; why it ends early is said at once, and whatever ends it leaves it at rest."""
     from hrcneuro.analyses.onset_senders import on_onset_of
+    from hrcneuro.robot.assembly import make_loop
     from hrcneuro.robot.session import run_session
 
     with contextlib.ExitStack() as stack:
@@ -183,9 +179,9 @@ def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
         stack.callback(gc.unfreeze)
         on_onset = on_onset_of(config, driven, trials, stack)
         arm, clock = _arm(config, driven.workspace, stack)
-        loop = _loop(
-            config, driven.workspace, arm, clock, on_onset=on_onset, on_stop=driven.tell_stop,
-            on_rest=driven.tell_rest, keeper=driven.fault,
+        loop = make_loop(
+            arm, clock, driven.workspace, tracking=config, safety=config, keeper=driven.fault, on_onset=on_onset,
+            on_stop=driven.tell_stop, on_rest=driven.tell_rest,
         )  # fmt: skip
         driven.follow(stack.enter_context(loop))
         interrupts.once(driven.tell_patience)
@@ -205,6 +201,7 @@ def _drive(config: Config, driven: Driven, trials: pd.DataFrame) -> None:
 def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Workspace]:
     """Return the moves, all of which the arm can make, and where it makes them."""
     from hrcneuro.arms.cures import with_cure
+    from hrcneuro.robot.assembly import rehearsing
     from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, select
     from hrcneuro.robot.rehearsal import Foreseen, rehearse
     from hrcneuro.robot.workspace import CellError, Workspace
@@ -227,52 +224,17 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
         check_durations(moves, workspace, acceleration=config.max_acceleration)
         check_paths(moves, workspace)
         given = config.lead_s is not None
-        rehearse(moves, workspace, pace=config, lead_given=given, make_loop=partial(_rehearsed, config, workspace))
+        rehearsed = rehearsing(workspace, tracking=config, safety=config)
+        rehearse(moves, workspace, pace=config, lead_given=given, make_loop=rehearsed)
     except (CellError, TooQuick, Foreseen) as error:
         raise with_cure(error) from error
     return moves, workspace
 
 
-def _rehearsed(config: Config, workspace: Workspace, arm: Backend, clock: Clock, on_stop: OnStop) -> Loop:
-    return _loop(config, workspace, arm, clock, on_stop=on_stop)
-
-
-def _loop(
-    config: Config, workspace: Workspace, arm: Backend, clock: Clock, *, keeper: Callable[[], str] = str, **told: Any
-) -> Loop:
-    from hrcneuro.robot.limits import Limits
-    from hrcneuro.robot.loop import Loop
-    from hrcneuro.robot.safety import Supervisor
-    from hrcneuro.robot.tracking import ResolvedRate
-    from hrcneuro.robot.workspace import DOWN
-
-    tool = config.cell.tool
-    return Loop(
-        arm,
-        clock,
-        law=ResolvedRate(config, tool=tool, orientation=DOWN.tolist()),
-        limits=Limits(config, box=workspace.box, tool=tool),
-        supervisor=Supervisor(config, keeper=keeper),
-        stop=config.stop,
-        **told,
-    )
-
-
 def _arm(config: Config, workspace: Workspace, stack: contextlib.ExitStack) -> tuple[Backend, Clock]:
-    if config.backend == "sim":
-        from hrcneuro.robot.sim import SimArm, VirtualClock
+    from hrcneuro.arms.held import held_arm
 
-        virtual = VirtualClock()
-        return SimArm(virtual, workspace.home().tolist()), virtual
-
-    from hrcneuro.arms import connect
-    from hrcneuro.arms.lock import exclusive
-
-    if config.there_once:
-        stack.enter_context(exclusive(config.backend, config.host))
-    arm, clock = connect(config.backend, host=config.host, driver=config.driver, max_delay=config.max_lead_s)
-    stack.callback(clock.restore_priority)
-    return arm, clock
+    return held_arm(config, workspace, stack, max_delay=config.max_lead_s, real_time=False)
 
 
 STAGE = Stage(

@@ -54,14 +54,14 @@ ONSETS = Table(
 )
 
 
-def study_trials(moves: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
+def study_trials(moves: pd.DataFrame, subject: str, sfreq: float | None) -> pd.DataFrame:
     """Return annotated moves as the trial table.
 
     Args:
         moves: One row a move, see :func:`hrcneuro.paradigm.conditions.annotate`; one whose onset_s is NaN has no marker
             in the recording and gets no sample.
         subject: Whose they are.
-        sfreq: Sampling rate of the recording, in Hz.
+        sfreq: Sampling rate of the recording, in Hz; None: there is no recording, and no move has a sample.
     """
     return _complete(moves.assign(subject=subject, event=MOVE), sfreq)
 
@@ -89,11 +89,12 @@ def write_trials(trials: pd.DataFrame, out: Path) -> None:
     write_table(trials, out / "trials.parquet", TRIALS)
 
 
-def _complete(table: pd.DataFrame, sfreq: float) -> pd.DataFrame:
+def _complete(table: pd.DataFrame, sfreq: float | None) -> pd.DataFrame:
     table = table.reset_index(drop=True)
-    known = table["onset_s"].notna().to_numpy()
     samples = pd.array([None] * len(table), dtype="Int64")
-    samples[known] = np.rint(table.loc[known, "onset_s"].to_numpy(float) * sfreq).astype(np.int64)
+    if sfreq is not None:
+        known = table["onset_s"].notna().to_numpy()
+        samples[known] = np.rint(table.loc[known, "onset_s"].to_numpy(float) * sfreq).astype(np.int64)
     table["onset_sample"] = samples
     for name in TRIALS.columns:
         if name not in table:

@@ -13,10 +13,10 @@ import pytest
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError
 from hrcneuro.export import authors as export
-from hrcneuro.export.authors_log import same_moves, write_log, write_metadata
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
 from hrcneuro.paradigm.params import SessionParams, TimingParams
+from hrcneuro.sources.authors_log import same_moves, write_log, write_metadata
 from hrcneuro.sources.logs import read_log
 from hrcneuro.sources.origin import SYNTHETIC
 from hrcneuro.stages import acquire
@@ -216,7 +216,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path, acquired, exported, monk
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hrcneuro.export.authors_log.write_metadata", stop)
+    monkeypatch.setattr("hrcneuro.sources.authors_log.write_metadata", stop)
     with pytest.raises(KeyboardInterrupt):
         exported(made)
     assert list((tmp_path / "layout").iterdir()) == []

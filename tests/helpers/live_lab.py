@@ -83,7 +83,7 @@ class Lab:
     @property
     def recording(self) -> Path:
         """The newest recording."""
-        return max((self.folder / "recordings" / "s01").iterdir())
+        return max(path.parent for path in self.parts())
 
     def streams(self, part: int = 1) -> dict[str, Any]:
         """Return the streams of a part, as pyxdf reads them, by name."""

@@ -1,106 +1,39 @@
-"""Streams that exchange stamped chunks in one process, at whatever pace a test likes."""
+"""Streams at virtual pace with what tests vary: clocks that differ, streams that cannot be reached or vanish."""
+
+from dataclasses import replace
 
 import numpy as np
 
-from hrcneuro.live.transport import Description, Lost, Samples
+from hrcneuro.live.transport import Lost
+from hrcneuro.live.virtual import VirtualNetwork as Network
+from hrcneuro.live.virtual import VirtualOutlet
 
 
-def xml_of(name, kind, n, sfreq, channel_format, labels, units, source_id):
-    channels = "".join(
-        f"<channel><label>{label}</label><unit>{unit}</unit><type>{kind}</type></channel>"
-        for label, unit in zip(labels, units, strict=True)
-    )
-    return (
-        f'<?xml version="1.0"?><info><name>{name}</name><type>{kind}</type><channel_count>{n}</channel_count>'
-        f"<channel_format>{channel_format}</channel_format><source_id>{source_id}</source_id>"
-        f"<nominal_srate>{sfreq}</nominal_srate><version>1.1</version><hostname>lab</hostname><desc><channels>{channels}"
-        "</channels></desc></info>"
-    )
-
-
-class Sender:
+class Sender(VirtualOutlet):
     """A stream: what is pushed lies there until an inlet pulls it."""
 
-    runs = 0
-
     def __init__(self, name="amp", kind="EEG", labels=("a", "b"), sfreq=100.0, unit="microvolts", source_id="one"):
-        Sender.runs += 1
         texts = kind == "Markers"
-        labels = ("marker",) if texts else labels
-        units = ("",) * len(labels) if texts else (unit,) * len(labels)
-        form = "string" if texts else "float32"
-        sfreq = 0.0 if texts else sfreq
-        xml = xml_of(name, kind, len(labels), sfreq, form, labels, units, source_id)
-        self.description = Description(
-            name, kind, form, sfreq, len(labels), labels, units, source_id, f"run{Sender.runs}", xml,
-            xml.replace("<hostname>lab</hostname>", ""), self,
+        super().__init__(
+            name, kind, ("marker",) if texts else labels, sfreq=0.0 if texts else sfreq, source_id=source_id,
+            units=("",) if texts else (unit,) * len(labels),
         )  # fmt: skip
-        self.there, self.inlets, self.offset, self.connects = True, [], 0.0, True
-
-    def push(self, stamps, values):
-        for inlet in self.inlets:
-            inlet.waiting.append((np.asarray(stamps, float), values))
+        self.connects = True
+        # As LSL has it: the machine's name stands in the whole description only.
+        xml = self.description.xml.replace("<desc>", "<hostname>lab</hostname><desc>")
+        self.description = replace(self.description, xml=xml, handle=self)
 
     def end(self):
-        self.there = False
+        self.close()
 
 
-class VirtualInlet:
-    def __init__(self, network, sender):
-        self.network, self.sender, self.waiting = network, sender, []
-        self.description = sender.description
-        sender.inlets.append(self)
-        self._measured = float("-inf")
-
-    def pull(self):
-        waiting, self.waiting = self.waiting, []
-        if not waiting:
-            if not self.sender.there:
-                raise Lost("its sender has ended")
-            form = () if self.description.channel_format == "string" else np.zeros((0, self.description.n_channels))
-            return Samples(np.zeros(0), form)
-        values = [row for _, rows in waiting for row in rows]
-        if self.description.channel_format != "string":
-            values = np.asarray(values, np.float32)
-        return Samples(np.concatenate([stamps for stamps, _ in waiting]), values)
-
-    def offsets(self):
-        now = self.network.now
-        if now - self._measured < 5:
-            return []
-        self._measured = now
-        return [(now, self.sender.offset)]
-
-    def garbled(self):
-        return 0
-
-    def close(self):
-        if self in self.sender.inlets:
-            self.sender.inlets.remove(self)
-
-
-class VirtualNetwork:
-    """Senders, and a clock that moves when somebody waits."""
-
-    def __init__(self, *senders, now=1000.0):
-        self.senders, self.now, self.on_wait = list(senders), now, []
-
-    def clock(self):
-        return self.now
-
-    def wait(self, seconds):
-        self.now += seconds
-        for act in list(self.on_wait):
-            act(self.now)
-
-    def visible(self):
-        return [one.description for one in self.senders if one.there]
+class VirtualNetwork(Network):
+    """Senders, some of which are seen and cannot be reached."""
 
     def open(self, description):
-        sender = description.handle
-        if not sender.connects:
+        if not description.handle.connects:
             raise Lost("it is seen, and no connection to it comes about within 5 s")
-        return VirtualInlet(self, sender)
+        return super().open(description)
 
 
 class Amplifier:

@@ -22,7 +22,7 @@ def house(*, amplifier=None, markers=True, twin=False, **sender):
     eeg = Sender(**sender)
     network = VirtualNetwork(eeg, *([Sender("moves", "Markers", source_id="robot")] if markers else []))
     if twin:
-        network.senders.append(Sender(source_id="two"))
+        network.outlets.append(Sender(source_id="two"))
     if amplifier is not None:
         Amplifier(network, eeg, **amplifier)
     return network
@@ -30,7 +30,7 @@ def house(*, amplifier=None, markers=True, twin=False, **sender):
 
 def blocked():
     network = house(amplifier={})
-    network.senders[1].connects = False
+    network.outlets[1].connects = False
     return network
 
 
@@ -97,8 +97,8 @@ def test_a_stream_that_appears_while_it_is_looked_for_is_taken():
     network = house(amplifier={}, markers=False)
 
     def appear(now):
-        if now > 1000.6 and len(network.senders) == 1:
-            network.senders.append(Sender("moves", "Markers"))
+        if now > 1000.6 and len(network.outlets) == 1:
+            network.outlets.append(Sender("moves", "Markers"))
 
     network.on_wait.append(appear)
     assert prepared(network).problems == []

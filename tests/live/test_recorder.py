@@ -130,7 +130,7 @@ def test_an_amplifier_that_dies_and_comes_back_is_taken_up_and_the_gap_is_exact(
     house.go_on(2)
     assert ("eeg", "lost") in house.told
     again = Sender(source_id=source_id)
-    house.network.senders.append(again)
+    house.network.outlets.append(again)
     amplifier = Amplifier(house.network, again)
     house.go_on(2)
     house.session.close()
@@ -237,6 +237,18 @@ def test_an_amplifier_that_ends_for_good_is_not_whole(house):
     assert "ended before" in checked(house)["eeg"].flaws[0]
 
 
+@pytest.mark.parametrize("text", ["end/subject=s01", "move/trial=1"])
+def test_markers_that_end_are_whole_where_they_said_that_none_comes_any_more(house, text):
+    house.begin()
+    house.go_on(1)
+    house.markers.push([house.network.now], [[text]])
+    house.go_on(1)
+    house.network.outlets.remove(house.markers)
+    house.go_on(4)
+    house.session.close()
+    assert checked(house)["markers"].whole == text.startswith("end")
+
+
 def test_eeg_that_is_silent_at_the_beginning_or_the_end_is_not_whole(house):
     house.begin()
     house.network.on_wait.remove(house.amplifier)
@@ -264,9 +276,9 @@ def test_a_share_of_all_samples_lost_all_the_time_is_not_whole(house):
 def test_markers_of_another_run_under_another_source_id_are_taken_up(house):
     house.begin()
     house.go_on(1)
-    house.network.senders.remove(house.markers)
+    house.network.outlets.remove(house.markers)
     again = Sender("moves", "Markers", source_id="robot-2")
-    house.network.senders.append(again)
+    house.network.outlets.append(again)
     house.go_on(4)
     again.push([house.network.now], [["move/trial=9"]])
     house.go_on(1)
@@ -282,7 +294,7 @@ def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
     house.network.on_wait.remove(house.amplifier)
     house.go_on(1)
     other = Sender(labels=("b", "a"), unit="volts", sfreq=250.0)
-    house.network.senders.append(other)
+    house.network.outlets.append(other)
     Amplifier(house.network, other)
     house.go_on(2)
     house.session.close()
@@ -298,8 +310,8 @@ def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
 def test_the_truth_is_never_taken_up_in_place_of_a_stream_that_is_gone(house):
     house.begin(replace(OPTIONS, streams={"eeg": Declared(type="EEG"), "markers": Declared(type="Markers")}))
     truth = Sender("hrcneuro-truth", "Markers", source_id="truth")
-    house.network.senders.append(truth)
-    house.network.senders.remove(house.markers)
+    house.network.outlets.append(truth)
+    house.network.outlets.remove(house.markers)
     house.go_on(5)
     truth.push([house.network.now], [["what nobody may know"]])
     house.go_on(1)
@@ -364,11 +376,11 @@ def test_without_session_json_the_parts_are_judged_by_themselves(house):
 
 
 def test_two_streams_of_one_name_are_told_apart_by_their_numbers(house):
-    house.network.senders += [
+    house.network.outlets += [
         Sender("gaze", "Gaze", sfreq=50.0, source_id=""),
         Sender("gaze", "Gaze", sfreq=20.0, source_id=""),
     ]
-    for sender in house.network.senders[2:]:
+    for sender in house.network.outlets[2:]:
         Amplifier(house.network, sender)
     house.begin()
     house.go_on(3)
@@ -379,7 +391,7 @@ def test_two_streams_of_one_name_are_told_apart_by_their_numbers(house):
 
 
 def test_other_streams_are_recorded_too_but_never_the_truth(house):
-    house.network.senders += [Sender("gaze", "Gaze", sfreq=50.0), Sender("hrcneuro-truth", "Markers")]
+    house.network.outlets += [Sender("gaze", "Gaze", sfreq=50.0), Sender("hrcneuro-truth", "Markers")]
     house.begin()
     assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers", "gaze"]
     house.session.close()
@@ -387,7 +399,7 @@ def test_other_streams_are_recorded_too_but_never_the_truth(house):
 
 
 def test_only_declared_streams_where_that_is_configured(house):
-    house.network.senders.append(Sender("gaze", "Gaze", sfreq=50.0))
+    house.network.outlets.append(Sender("gaze", "Gaze", sfreq=50.0))
     house.begin(replace(OPTIONS, others=False))
     assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers"]
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcneuro.paradigm.episode import EndlessEpisodeError, play
+from hrcneuro.paradigm.episode import EndlessEpisodeError, Episode, play
 from hrcneuro.paradigm.grid import STEPS, beyond, move, toward
 from hrcneuro.paradigm.owners import TILES, Areas, Directions, actor_of, draw_areas, draw_directions
 from hrcneuro.paradigm.partners import Human, Move, draw_human, robot_plan
@@ -105,7 +105,7 @@ def test_a_subjects_rates_lie_in_the_logged_range(seed):
 def test_every_episode_follows_its_path_from_start_to_goal(seed, directions, error_rate):
     rng = np.random.default_rng(seed)
     path, owners = draw_path(rng), draw_directions(rng) if directions else draw_areas(rng)
-    moves = play(path, owners, Human(0.05), error_rate=error_rate, rng=rng)
+    moves = play(Episode(path, owners, error_rate=error_rate, errors=rng), Human(0.05), keys=rng)
     tile, pending, slipped = path[0], 1, False
     for number, one in enumerate(moves):
         assert one.trial == number
@@ -129,4 +129,5 @@ def test_partners_who_never_arrive_are_refused_with_their_rates():
     # An error in every other move leads from a neighbour of the pending tile away from it, and the next move back.
     path = ((3, 2), (3, 3), (3, 4))
     with pytest.raises(EndlessEpisodeError, match=r"within 5000 moves: error rate 1, wrong keys 0\.02"):
-        play(path, Areas(frozenset()), Human(0.02), error_rate=1.0, rng=np.random.default_rng(0))
+        rng = np.random.default_rng(0)
+        play(Episode(path, Areas(frozenset()), error_rate=1.0, errors=rng), Human(0.02), keys=rng)

@@ -11,11 +11,11 @@ import pytest
 import scipy.io
 
 from hrcneuro.contract import Inputs
-from hrcneuro.export.authors_log import write_log as write_authors_log
-from hrcneuro.export.authors_log import write_metadata
 from hrcneuro.export.bids import write_dataset
 from hrcneuro.io.fif import read_raw
 from hrcneuro.sources import layout, origin
+from hrcneuro.sources.authors_log import write_log as write_authors_log
+from hrcneuro.sources.authors_log import write_metadata
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.formats.statements import statements
 from hrcneuro.sources.logs import read_log

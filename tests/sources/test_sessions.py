@@ -12,7 +12,7 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
-from hrcneuro.sources import sessions
+from hrcneuro.sources import experiments, sessions
 from hrcneuro.stages import acquire
 
 pytest.importorskip("pyxdf", reason="pyxdf is not installed: pip install 'hrcneuro[xdf]'")
@@ -142,6 +142,41 @@ def test_what_is_missing_is_named(lab, tmp_path, absent):
     said = {"log": r"subjectNN\.csv", "part": "no recording", "folder": "does not exist"}
     with pytest.raises(DataError, match=said[absent]):
         acquire.sources(acquire.Config(source="recording", path=str(path)), "s01")
+
+
+def test_an_experiments_log_lies_one_folder_above_its_recordings(lab, tmp_path):
+    one = lab().go_on(15.0).end()
+    for name in ("subject01.csv", "metadata01.csv"):
+        (one.folder / name).rename(one.folder.parent / name)
+    (one.folder.parent / "subject02.csv").write_text("another subject's")
+    kept = one.folder.parent / experiments.FILE
+    kept.write_text("")
+    pattern = acquire.Config(source="recording", path=str(tmp_path / "recordings" / "{subject}" / "*"))
+    for config in (pattern, acquire.Config(source="recording", path=str(one.folder))):
+        files = acquire.sources(config, "s01")
+        assert files["log"] == one.folder.parent / "subject01.csv"
+        assert files["metadata"] == one.folder.parent / "metadata01.csv"
+        assert files["kept"] == kept
+    assert (acquired(one, tmp_path)[1]["onset_sample"].notna()).any()
+
+
+def test_a_session_with_two_logs_is_refused_also_where_one_lies_above(lab, tmp_path):
+    one = lab().go_on(5.0).end()
+    (one.folder.parent / "subject01.csv").write_bytes((one.folder / "subject01.csv").read_bytes())
+    with pytest.raises(DataError, match=r"a session has one subjectNN\.csv") as error:
+        acquire.sources(acquire.Config(source="recording", path=str(one.folder)), "s01")
+    assert str(one.folder / "subject01.csv") in str(error.value)
+    assert str(one.folder.parent / "subject01.csv") in str(error.value)
+
+
+def test_a_log_that_an_experiment_broke_off_is_noted(lab, tmp_path, trials):
+    one = lab().go_on(15.0).end()
+    last = trials.iloc[-1]
+    named = {name: int(last[name]) for name in ("block", "episode")} | {"practice": bool(last["practice"])}
+    kept = one.folder / experiments.FILE
+    kept.write_text(json.dumps({"kind": "move", "s": 1.0, "last": False, **named}) + "\n")
+    notes = acquired(one, tmp_path)[3]["notes"]
+    assert f"BLOCK {last['block']}, episode {last['episode']} was broken off after 1 move" in notes
 
 
 def test_an_inspection_shows_both_sides_in_a_few_lines(lab):

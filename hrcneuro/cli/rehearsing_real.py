@@ -1,0 +1,87 @@
+"""A rehearsal in real time: ``amp`` and ``record`` as processes beside the experiment, over LSL."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from hrcneuro.cli import bring, experimenting
+from hrcneuro.cli.experiment_desk import Desk
+from hrcneuro.cli.options import Options
+from hrcneuro.config.settings import Settings
+from hrcneuro.errors import HardwareError
+from hrcneuro.experiment.ports import Seen
+
+_ENDS_S = 60.0
+_LSL = """[lab]
+KnownPeers = {{127.0.0.1}}
+SessionID = {session}
+[multicast]
+ResolveScope = machine
+[log]
+level = -2
+"""
+"""A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
+
+
+def real(options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]]) -> Seen:
+    """Run one block beside ``amp`` and ``record``; return what was seen of it.
+
+    Raises:
+        HrcError: The session cannot be begun.
+        HardwareError: Amplifier or recorder ended by themselves.
+    """
+    from hrcneuro.experiment.real import RealTime
+
+    lsl = folder / "lsl.cfg"
+    lsl.write_text(_LSL.format(session=uuid.uuid4()), encoding="utf-8")
+    os.environ["LSLAPICFG"] = str(lsl)
+    setup = experimenting.setup_of(study, subject, folder)
+    common = ["--workdir", str(folder), *(["--config", str(options.config)] if options.config else [])]
+    for one in [*(options.set or ()), *(text for texts in given.values() for text in texts)]:
+        common += ["--set", one]
+    with (
+        _beside("amp", [subject, *common], folder) as amp,
+        _beside("record", [subject, *common], folder) as recorder,
+        Desk(bring.console(options), setup.session.blocks) as desk,
+    ):
+        try:
+            return RealTime(setup, desk, streams=["eeg"]).run()
+        finally:
+            for name, process in (("amp", amp), ("record", recorder)):
+                if process.poll() is not None:
+                    raise HardwareError(
+                        f"'hrcneuro {name}' ended by itself: {_last_words(folder / f'{name}.txt')}",
+                        cure=f"see {folder / f'{name}.txt'}",
+                    )
+
+
+@contextlib.contextmanager
+def _beside(name: str, words: Sequence[str], folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command beside this one; leaving ends it as Ctrl-C does, and waits until all is written."""
+    with (folder / f"{name}.txt").open("wb") as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "hrcneuro", name, *words],
+            stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            try:
+                process.wait(_ENDS_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _last_words(path: Path) -> str:
+    lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return lines[-1] if lines else "without a word"

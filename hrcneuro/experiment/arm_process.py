@@ -1,0 +1,203 @@
+"""The arm's side in a process of its own, so that neither window nor flow can hold up its loop.
+
+Two pipes lead there and back. The loop itself touches neither: one thread takes requests, another sends reports. The
+end of the pipe of requests, however the other process has ended, stops the arm.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import queue
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+
+from hrcneuro import interrupts
+from hrcneuro.arms.clock import WallClock, seconds
+from hrcneuro.arms.words import on_stderr
+from hrcneuro.experiment import arm_side
+from hrcneuro.experiment.ahead import Ahead
+from hrcneuro.experiment.arm_side import ArmSettings
+from hrcneuro.experiment.messages import Ended, Halted, Health, Report, Request, Said
+
+_WAITING = 200  # reports that nobody has taken; beyond it, what tells of the arm's health is left out
+_LAST_S = 2.0  # for the last reports to be taken
+_KEEPS_S = 60.0  # to stop the arm and to keep what it did
+# What a terminal sends to all of its processes is for the flow, which then asks the arm to finish.
+_NOT_OURS = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
+
+
+class ArmProcess:
+    """The arm's side as the flow sees it; a context manager, so that leaving it stops an arm that still moves.
+
+    Attributes:
+        connection: Becomes readable with the next report, for :func:`multiprocessing.connection.wait`.
+    """
+
+    def __init__(self, settings: ArmSettings, ahead: Ahead, *, say: Callable[[str], object] = on_stderr) -> None:
+        """Start it; the first report is ``Ready``, after some seconds, or ``Halted``.
+
+        Args:
+            settings: Which arm, and how.
+            ahead: Checks every request before it is sent.
+            say: Takes what the experimenter should read, as reports are taken.
+        """
+        ahead.restart()
+        self._ahead, self._say = ahead, say
+        self._over = False
+        context = multiprocessing.get_context("spawn")
+        requests, self._requests = context.Pipe(duplex=False)
+        self.connection, reports = context.Pipe(duplex=False)
+        self._process = context.Process(target=_main, args=(settings, requests, reports), name="arm", daemon=True)
+        # The tracker of the library, which is started with the first process, changes what is blocked.
+        resource_tracker.ensure_running()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, _NOT_OURS)
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            # The other process's ends: as long as they are open here, too, no end is seen.
+            requests.close()
+            reports.close()
+
+    def __enter__(self) -> ArmProcess:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process."""
+        return self._process.pid
+
+    @property
+    def over(self) -> bool:
+        """Whether its last report was taken."""
+        return self._over
+
+    def send(self, request: Request) -> None:
+        """Ask for something; where the arm's side has ended, its last report says why.
+
+        Raises:
+            ConfigError: The arm cannot do it; it was not asked.
+        """
+        self._ahead.check(request)
+        with contextlib.suppress(OSError):
+            self._requests.send(request)
+
+    def reports(self) -> list[Report]:
+        """Return what was reported since the last call; never waits."""
+        found: list[Report] = []
+        try:
+            while not self._over and self.connection.poll():
+                report = self.connection.recv()
+                if isinstance(report, Said):
+                    self._say(report.text)
+                    continue
+                found.append(report)
+                self._over = isinstance(report, Ended | Halted)
+        except (EOFError, OSError):
+            self._over = True
+            found.append(
+                Halted(
+                    "the process that drives the arm has ended without a word: the arm's own watchdog stops it",
+                    "press the emergency stop if the arm moves on; then start the experiment again with --resume",
+                    False,
+                    seconds(),
+                )
+            )
+        return found
+
+    def close(self) -> None:
+        """Ask for nothing more, which stops an arm that still moves, and wait until what it did is kept."""
+        self._requests.close()
+        until = seconds() + _KEEPS_S
+        while self._process.is_alive() and seconds() < until:
+            # What nobody takes would hold up the last report.
+            self._take_words()
+            self._process.join(0.05)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._take_words()
+        self.connection.close()
+
+    def _take_words(self) -> None:
+        """Say what is left to be said; what else was reported comes too late."""
+        with contextlib.suppress(EOFError, OSError):
+            while self.connection.poll():
+                if isinstance(report := self.connection.recv(), Said):
+                    self._say(report.text)
+
+
+def _main(settings: ArmSettings, requests: Connection, reports: Connection) -> None:
+    for number in _NOT_OURS:
+        signal.signal(number, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _NOT_OURS)
+    inbox, outbox = _Inbox(requests), _Outbox(reports)
+    with contextlib.suppress(KeyboardInterrupt), interrupts.whole():
+        interrupts.once(lambda: None)
+        arm_side.run(settings, outbox.put, inbox.take, gone=lambda: inbox.gone, say=outbox.say)
+    outbox.end()
+
+
+class _Inbox:
+    """Takes requests from a pipe in a thread; it also sees the pipe's end."""
+
+    def __init__(self, requests: Connection) -> None:
+        self.gone = ""
+        self._requests = requests
+        self._taken: deque[Request] = deque()
+        threading.Thread(target=self._read, name="requests", daemon=True).start()
+
+    def take(self, now: float) -> Request | None:
+        """Return the next request, none where none has come."""
+        return self._taken.popleft() if self._taken else None
+
+    def _read(self) -> None:
+        # On a busy machine the end of the other process must be seen as soon as packets are.
+        WallClock().raise_priority()
+        try:
+            while True:
+                self._taken.append(self._requests.recv())
+        except (EOFError, OSError):
+            self.gone = "the experiment that asks for the motions has ended"
+
+
+class _Outbox:
+    """Sends reports in a thread: a pipe that nobody reads must not hold up the arm."""
+
+    def __init__(self, reports: Connection) -> None:
+        self._reports = reports
+        self._waiting: queue.SimpleQueue[Report | Said | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._write, name="reports", daemon=True)
+        self._thread.start()
+
+    def put(self, report: Report) -> None:
+        """Let a report be sent; return at once."""
+        if not isinstance(report, Health) or self._waiting.qsize() < _WAITING:
+            self._waiting.put(report)
+
+    def say(self, text: str) -> None:
+        """Let something be said; return at once."""
+        self._waiting.put(Said(text))
+
+    def end(self) -> None:
+        """Wait for the last report to be sent, but not for ever."""
+        self._waiting.put(None)
+        self._thread.join(_LAST_S)
+
+    def _write(self) -> None:
+        WallClock().raise_priority()
+        while (report := self._waiting.get()) is not None:
+            try:
+                self._reports.send(report)
+            except OSError:
+                # Nobody is left on the other side; whoever sits at the terminal must know of the arm all the same.
+                if isinstance(report, Said):
+                    on_stderr(report.text)

@@ -1,0 +1,326 @@
+"""The log of an experiment, written as it goes: in the authors' words, as the trial table, and all that happened.
+
+``recordings/SUBJECT/`` holds the authors' pair ``subjectNN.csv`` and ``metadataNN.csv``, ``trials.parquet``, and
+``experiment.jsonl``, from which the others follow. After each finished move all but the trial table are whole.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from hrcneuro.arms.clock import seconds
+from hrcneuro.errors import ConfigError, DataError, StageError
+from hrcneuro.experiment import mending
+from hrcneuro.experiment.disk import Growing, Waiter, replaced, sync_path
+from hrcneuro.experiment.entries import entry_of, line_of, plain, session
+from hrcneuro.experiment.places import ANOTHER, TABLE, opened, refuse_begun
+from hrcneuro.experiment.progress import Progress, of_entries
+from hrcneuro.experiment.rows import Episode, Row, trial_table
+from hrcneuro.io.places import check_room
+from hrcneuro.paradigm.grid import Tile
+from hrcneuro.paradigm.owners import Areas, Owners
+from hrcneuro.paradigm.partners import Move
+from hrcneuro.paradigm.session import Block
+from hrcneuro.sources import authors_log, experiments
+from hrcneuro.sources.layout import log_names
+
+SIMULATED = "SYNTHETIC: the moves were simulated by hrcneuro; nobody pressed a key."
+"""What stands in the metadata's column of the origin where a simulated human played, so that it stays known."""
+
+_ROOM = 20_000_000  # bytes: several sessions
+
+
+class Log:
+    """The log of a session as it grows; :meth:`begin` and :meth:`resume` open one.
+
+    Whatever cannot be written is kept and written with the next: each method that writes raises StageError until there
+    is room, and nothing is lost if the session pauses and goes on.
+
+    Attributes:
+        place: Its folder.
+        progress: How far the session had come when this part of it began.
+        counters: What was counted so far, over all parts.
+    """
+
+    def __init__(
+        self, place: Path, subject: str, lock: int, progress: Progress, *, simulated: bool, real_time: bool,
+        now: Callable[[], float], origin_s: float,
+    ) -> None:  # fmt: skip
+        """Go on with files that are whole; :meth:`begin` and :meth:`resume` see to that."""
+        names = log_names(subject)
+        self.place, self.progress, self.counters = place, progress, progress.counters
+        self._subject, self._now, self._origin_s = subject, now, origin_s
+        self._lock: int | None = lock
+        self._rows = progress.rows
+        self._mark = SIMULATED if simulated else ""
+        self._block: Block | None = None
+        self._episode: Episode | None = None
+        self._metadata = place / names["metadata"]
+        self._lines = [episode.line(self._mark) for episode in progress.episodes]
+        self._stale = False  # the metadata
+        self._journal = Growing(place / experiments.FILE, new=False)
+        self._log = Growing(place / names["log"], new=False)
+        self._waiter = Waiter(thread=real_time)
+        self._real_time = real_time
+
+    @classmethod
+    def begin(
+        cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
+        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+    ) -> Log:  # fmt: skip
+        """Begin the log of a session that was never begun.
+
+        Args:
+            folder: Where recordings are kept.
+            subject: Whose session.
+            options: JSON values that decide the session, its seed among them; one that goes on must have the same.
+            about: JSON values that are worth knowing, and may differ when it goes on.
+            simulated: The human is simulated.
+            real_time: A thread waits for the disk. Otherwise :meth:`flush_table` does, and nobody else.
+            now: The clock of all times, seconds.
+
+        Raises:
+            ConfigError: The subject has a session, or the folder may not be written.
+            HardwareError: Another experiment of the subject is running.
+            StageError: There is no room.
+        """
+        place = folder / subject
+        check_room(
+            place, _ROOM, what="the experiment's log", cure="free space, or choose another place: record.folder",
+            then="nothing was begun",
+        )  # fmt: skip
+        with opened(place, subject) as lock:
+            refuse_begun(place, subject)
+            asked = {**options, "simulated": simulated}
+            began = now()
+            entry = entry_of(experiments.SESSION, 0.0, datetime.now(UTC), session(1, subject, asked, about, began))
+            replaced(place / experiments.FILE, lambda part: part.write_text(line_of(entry), encoding="utf-8"))
+            progress = of_entries([entry])
+            mending.mend_pair(place, subject, progress, SIMULATED if simulated else "")
+            log = cls(place, subject, lock, progress, simulated=simulated, real_time=real_time, now=now, origin_s=began)
+        return log
+
+    @classmethod
+    def resume(
+        cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
+        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+    ) -> Log:  # fmt: skip
+        """Go on with the log of a session that was broken off; :attr:`progress` tells how far it had come.
+
+        Arguments as in :meth:`begin`. What a crash has left of a line is moved to ``experiment.torn``.
+
+        Raises:
+            DataError: There is no session, or its log is damaged.
+            ConfigError: It is complete, was begun with other options, or the folder may not be written.
+            HardwareError: Another experiment of the subject is running.
+        """
+        place = folder / subject
+        if not (place / experiments.FILE).is_file():
+            raise DataError(
+                f"there is no experiment to go on with in {place}", cure="begin one: the same command without --resume"
+            )
+        with opened(place, subject) as lock:
+            entries, notes = mending.mend_journal(place / experiments.FILE)
+            progress = of_entries(entries)
+            if progress.complete:
+                raise ConfigError(f"the session of {subject} in {place} is complete", cure=ANOTHER)
+            asked = plain({**options, "simulated": simulated})
+            progress.refuse_other(asked)
+            progress.notes = notes + mending.mend_pair(place, subject, progress, SIMULATED if simulated else "")
+            wall = datetime.now(UTC)
+            session_s = progress.passed(wall)
+            log = cls(
+                place, subject, lock, progress, simulated=simulated, real_time=real_time, now=now,
+                origin_s=now() - session_s,
+            )  # fmt: skip
+            more = session(progress.parts + 1, subject, asked, about, now()) | {"mended": progress.notes}
+            log._journal.add(line_of(entry_of(experiments.SESSION, session_s, wall, more)))
+            log._commit()
+            log.flush_table()
+        return log
+
+    def block(self, block: Block, owners: Owners, when: float | None = None) -> None:
+        """Write that a block begins, with who owns what in it."""
+        areas = isinstance(owners, Areas)
+        self._close_episode()
+        self._block = block
+        self._tell(
+            experiments.BLOCK, when, scenario=block.scenario, practice=block.practice, block=block.number,
+            episodes=block.episodes, human_tiles=sorted(owners.human) if isinstance(owners, Areas) else [],
+            human_colour=owners.human_colour if isinstance(owners, Areas) else "",
+            human_directions=[] if areas else sorted(owners.human),
+        )  # fmt: skip
+        self._commit()
+
+    def episode(self, number: int, path: Sequence[Tile], when: float | None = None) -> None:
+        """Write that an episode of the block begins, with its path from start to goal."""
+        block = self._begun()
+        self._close_episode()
+        self._episode = Episode(block.practice, block.number, number, tuple(path))
+        self._tell(
+            experiments.EPISODE, when, practice=block.practice, block=block.number, episode=number, path=list(path)
+        )
+        self._stale = True
+        self._commit()
+
+    def move(self, move: Move, *, onset: float, t_f: float, ended: float, **more: Any) -> Row:
+        """Write a finished move, and return its row.
+
+        Args:
+            move: What happened.
+            onset, ended: When it began and ended, seconds of the clock of all times.
+            t_f: How long it was to take, seconds.
+            more: JSON values that are worth knowing of it.
+        """
+        block, episode = self._begun(), self._episode
+        if episode is None:
+            raise ValueError("a move belongs to an episode: none was begun")
+        row = Row(
+            **vars(move), scenario=block.scenario, practice=block.practice, block=block.number,
+            episode=episode.episode, onset_s=round(onset - self._origin_s, 6), t_f_s=round(t_f, 6),
+        )  # fmt: skip
+        self._rows.append(row)
+        episode.take(row)
+        self._tell(experiments.MOVE, ended, **vars(row), last=episode.arrived, **more)
+        self._log.add(authors_log.log_line(row))
+        if episode.arrived and episode.episode == block.episodes:
+            self._tell(
+                experiments.BLOCK_END, ended, practice=block.practice, block=block.number, counted=vars(self.counters)
+            )
+        self._stale = True
+        self._commit()
+        return row
+
+    def key(self, name: str, when: float, *, accepted: bool, why: str = "") -> None:
+        """Write that a key went down, and why it was ignored if it was."""
+        self._tell(experiments.KEY, when, name=name, accepted=accepted, why=why)
+        self._commit()
+
+    def note(self, text: str, when: float | None = None) -> None:
+        """Write a remark of the experimenter."""
+        self._tell(experiments.NOTE, when, text=text)
+        self._commit()
+
+    def event(self, kind: str, when: float | None = None, **fields: Any) -> None:
+        """Write anything else that happened: a pause, a fault."""
+        self._tell(kind, when, **fields)
+        self._commit()
+
+    def flush_table(self) -> None:
+        """Let ``trials.parquet`` appear anew with all finished moves; in real time a thread does that soon."""
+        rows = list(self._rows)
+        if rows:
+            self._attempt(lambda: self._waiter.do("table", lambda: self._write_table(rows)))
+        if not self._real_time:
+            self._attempt(self._sync)
+
+    def close(self, *, complete: bool = False, why: str = "") -> None:
+        """Write how the session ended, and let go of the files; what was closed stays so.
+
+        Args:
+            complete: It came to its end, so that it cannot be resumed.
+            why: It ended early.
+        """
+        if self._lock is None:
+            return
+        self._close_episode()
+        self._tell(experiments.END, None, complete=complete, why=why, counted=vars(self.counters))
+        try:
+            self._commit()
+            self.flush_table()
+        finally:
+            self._waiter.end()
+            try:
+                self._attempt(self._sync)
+            finally:
+                self._journal.close()
+                self._log.close()
+                os.close(self._lock)
+                self._lock = None
+        self._raise_fault()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close(why=kind.__name__ if kind else "")
+
+    def _begun(self) -> Block:
+        if self._block is None:
+            raise ValueError("an episode belongs to a block: none was begun")
+        return self._block
+
+    def _tell(self, kind: str, when: float | None, **fields: Any) -> None:
+        now = self._now()
+        when = now if when is None else when
+        entry = entry_of(kind, when - self._origin_s, datetime.now(UTC) - timedelta(seconds=now - when), fields)
+        self.counters.take(entry)
+        self._journal.add(line_of(entry))
+
+    def _close_episode(self) -> None:
+        """Keep the metadata's line of the episode; one that nobody has played gets none."""
+        if self._episode is not None and self._episode.rows:
+            self._lines.append(self._episode.line(self._mark))
+        self._stale = self._stale or self._episode is not None
+        self._episode = None
+
+    def _commit(self) -> None:
+        """Write what was told, in an order in which whatever is missing follows from what was written before.
+
+        Raises:
+            StageError: The disk has no room, or is broken.
+        """
+        self._attempt(self._write)
+        self._raise_fault()
+        if self._real_time:
+            self._waiter.do("sync", self._sync)
+
+    def _write(self) -> None:
+        self._journal.write()
+        self._log.write()
+        if self._stale:
+            running = [self._episode.line(self._mark)] if self._episode is not None else []
+            text = "".join([authors_log.metadata_head(origin=self._mark), *self._lines, *running])
+            replaced(self._metadata, lambda part: part.write_text(text, encoding="utf-8", newline=""), sync=False)
+            self._stale = False
+
+    def _write_table(self, rows: list[Row]) -> None:
+        from hrcneuro.io.tables import write_table
+        from hrcneuro.tables.trials import TRIALS
+
+        table = trial_table(rows, self._subject)
+        replaced(self.place / TABLE, lambda part: write_table(table, part, TRIALS), sync=self._real_time)
+
+    def _sync(self) -> None:
+        self._journal.sync()
+        self._log.sync()
+        sync_path(self._metadata)
+        sync_path(self.place)
+
+    def _raise_fault(self) -> None:
+        """Raise what went wrong in the thread since this was last asked."""
+        fault = self._waiter.take_fault()
+        if isinstance(fault, OSError):
+            raise self._explained(fault) from fault
+        if fault is not None:
+            raise fault
+
+    def _attempt(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except OSError as error:
+            raise self._explained(error) from error
+
+    def _explained(self, error: OSError) -> StageError:
+        return StageError(
+            f"the log of {self._subject} cannot be written in {self.place}: {error.strerror or error}; "
+            "all that was written before is kept",
+            cure="free space there, then go on: what is missing is written with the next; or end, and --resume later",
+        )

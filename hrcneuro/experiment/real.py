@@ -1,0 +1,186 @@
+"""A session in real time: the window and the arm in processes of their own, the flow and the log in this one."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from multiprocessing.connection import wait
+from typing import Any, Protocol
+
+from hrcneuro import interrupts
+from hrcneuro.arms.clock import seconds
+from hrcneuro.errors import HrcError
+from hrcneuro.experiment import messages as m
+from hrcneuro.experiment import session
+from hrcneuro.experiment.ahead import Ahead
+from hrcneuro.experiment.arm_process import ArmProcess
+from hrcneuro.experiment.arm_side import ArmSettings
+from hrcneuro.experiment.flow import Flow
+from hrcneuro.experiment.ports import Order, Seen
+from hrcneuro.experiment.recorder_watch import RecorderWatch
+from hrcneuro.experiment.window.process import Window
+
+_LOOK_S = 0.5
+_STEP_S = 0.1
+
+
+class Desk(Protocol):
+    """Where the experimenter sits."""
+
+    @property
+    def attended(self) -> bool:
+        """Whether somebody sits there who can let the session go on."""
+
+    def waits_for(self) -> Sequence[Any]:
+        """Return what becomes readable when the experimenter does something."""
+
+    def asked(self) -> list[Order | str]:
+        """Return what was asked for since the last call, and remarks; never waits."""
+
+    def show(self, seen: Seen, now: float) -> None:
+        """Show how the session stands; called often."""
+
+    def say(self, text: str) -> None:
+        """Say something at once."""
+
+
+class RealTime:
+    """One session, from the opening of its window to the last line of its log."""
+
+    def __init__(self, setup: session.Setup, desk: Desk, *, streams: Sequence[str] = ()) -> None:
+        """Prepare it.
+
+        Args:
+            setup: What it is run with.
+            desk: The experimenter's.
+            streams: Those that must not be lost while somebody records.
+
+        Raises:
+            ConfigError: The arm cannot work in the cell.
+        """
+        session.check(setup)
+        self._setup, self._desk = setup, desk
+        self._ahead = Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+        self._arm_settings = ArmSettings(setup.arm, setup.subject, expected_s=session.lasts_s(setup))
+        watched = setup.options.watch_recorder and bool(streams)
+        self._recorder = RecorderWatch(setup.folder / setup.subject, streams) if watched else None
+        self._arm: ArmProcess | None = None
+        self._window: Window | None = None
+        self._flow: Flow
+        self._looked = float("-inf")
+        self._trouble = ""
+
+    def run(self, *, resume: bool = False) -> Seen:
+        """Run it until it ends; return what was seen of it.
+
+        Raises:
+            ConfigError, DataError, HardwareError, StageError: It cannot be begun.
+        """
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(interrupts.whole())
+            if self._setup.options.screen:
+                self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
+            running = stack.enter_context(
+                session.opened(
+                    self._setup, resume=resume, now=seconds, arm=self._ask, restart=self._restart, show=self._show
+                )
+            )
+            stack.callback(self._close_arm)
+            self._flow = running.flow
+            for note in running.log.progress.notes:
+                self._desk.say(note)
+            interrupts.once(self._tell_patience)
+            interrupts.hold()
+            self._restart()
+            self._go_on()
+            interrupts.forget()
+        return self._flow.seen
+
+    def _go_on(self) -> None:
+        ended, seen = False, self._flow.seen
+        while not self._flow.over:
+            wait(self._sources(), timeout=self._patience())
+            now = seconds()
+            for report in self._arm.reports() if self._arm is not None else ():
+                self._flow.report(report)
+            self._take_events(now)
+            for asked in self._desk.asked():
+                if isinstance(asked, Order):
+                    self._flow.order(asked, now)
+                else:
+                    self._flow.remark(asked, now)
+            if interrupts.asked() and not ended:
+                ended = seen.interrupted = True
+                self._flow.end(now, "interrupted")
+            if seen.trouble and not self._desk.attended and not ended:
+                ended = True
+                self._flow.end(now, "trouble, and nobody at the terminal")
+            self._flow.tick(now)
+            self._look(now)
+            self._desk.show(seen, now)
+
+    def _sources(self) -> list[Any]:
+        arm = [self._arm.connection] if self._arm is not None and not self._arm.over else []
+        window = [self._window.connection] if self._window is not None else []
+        return [*arm, *window, *self._desk.waits_for()]
+
+    def _patience(self) -> float:
+        wakes = self._flow.wakes
+        return _STEP_S if wakes is None else min(max(wakes - seconds(), 0.0), _STEP_S)
+
+    def _take_events(self, now: float) -> None:
+        for event in self._window.events() if self._window is not None else ():
+            if isinstance(event, m.Closed):
+                seen = self._flow.seen
+                if event.problem:
+                    seen.trouble, seen.cure, seen.hardware = event.problem, event.cure, True
+                self._window = None
+                self._flow.end(now, event.problem or "the window was closed")
+            elif isinstance(event, m.Key):
+                if not self._setup.simulated or event.name == "escape":
+                    self._flow.key(event)
+            elif not event.has and not self._setup.simulated:
+                self._flow.pause(now, "Another window has the keyboard.")
+
+    def _look(self, now: float) -> None:
+        """Pause where the recorder loses a stream."""
+        if self._recorder is None or now - self._looked < _LOOK_S:
+            return
+        self._looked = now
+        trouble = self._recorder.look()
+        if trouble and trouble != self._trouble:
+            self._flow.seen.hardware = True
+            self._flow.trouble(trouble, "see what 'hrcneuro record' says; go on once the stream is back")
+        self._trouble = trouble
+
+    # --- what the flow asks for
+
+    def _ask(self, request: m.Request) -> None:
+        if self._arm is None:
+            return
+        try:
+            self._arm.send(request)
+        except HrcError as error:
+            # Looked ahead to and refused: the arm rests, and nothing of it was begun.
+            now = seconds()
+            self._close_arm()
+            self._flow.report(m.Halted(error.problem, error.cure, True, now))
+
+    def _restart(self) -> None:
+        self._close_arm()
+        self._arm = ArmProcess(self._arm_settings, self._ahead, say=lambda text: self._desk.say(text.rstrip()))
+
+    def _close_arm(self) -> None:
+        arm, self._arm = self._arm, None
+        if arm is not None:
+            arm.close()
+
+    def _show(self, scene: m.Scene) -> None:
+        if self._window is not None:
+            self._window.show(scene)
+
+    def _calibrating(self) -> None:
+        self._desk.say("hold a bank card to the screen: arrow keys fit the rectangle to it, Enter accepts")
+
+    def _tell_patience(self) -> None:
+        self._desk.say("the session ends as soon as the arm rests and all is written; a moment")

@@ -1,0 +1,70 @@
+"""Whether ``hrcneuro record`` of the same subject loses a stream, by what it writes beside its recording."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from hrcneuro.live import journal
+from hrcneuro.live.part import LOCK
+
+_LOST, _THERE = ("stall", "lost"), ("back", "changed")
+
+
+class RecorderWatch:
+    """Looks at the newest recording of a subject, as long as somebody records.
+
+    Attributes:
+        seen: Somebody records, or did since this began to look.
+    """
+
+    def __init__(self, folder: Path, declared: Collection[str]) -> None:
+        """Look into ``folder``, which holds the subject's recordings, for the streams ``declared``."""
+        self._folder, self._declared = folder, tuple(declared)
+        self._state: tuple[str, int] = ("", 0)
+        self.seen = False
+
+    def look(self) -> str:
+        """Return what is wrong with the recording; an empty text where nothing is, or where nobody has recorded."""
+        newest = max(self._folder.glob(f"*/{journal.FILE}"), default=None)
+        if newest is None:
+            return ""
+        running = _is_locked(newest.parent / LOCK)
+        if not (running or self.seen):
+            return ""
+        self.seen = True
+        if not running:
+            return "nobody records any more"
+        parts = journal.parts(newest.parent)
+        lost = _lost(parts[-1], self._declared) if parts else []
+        return f"the recorder has lost {', '.join(lost)}" if lost else ""
+
+
+def _lost(part: dict[str, Any], declared: Collection[str]) -> list[str]:
+    state: dict[str, bool] = {}
+    for event in part.get("events", []):
+        if event.get("kind") in (*_LOST, *_THERE):
+            state[str(event.get("stream"))] = event["kind"] in _LOST
+    return [key for key in declared if state.get(key)]
+
+
+def _is_locked(path: Path) -> bool:
+    """Return whether a process records into the folder of this lock."""
+    try:
+        file = os.open(path, os.O_RDWR)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        with contextlib.suppress(OSError):
+            os.close(file)
+    return False
