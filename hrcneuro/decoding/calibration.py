@@ -1,4 +1,4 @@
-"""How a frozen decoder is found: balanced training sets, blocks held out in turn, and scores turned into probabilities."""
+"""How a frozen decoder is found: balanced training sets, blocks held out in turn, scores turned into probabilities."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Training:
     Attributes:
         features: ndarray, shape (n_trials, n_features), µV.
         labels: ndarray, shape (n_trials,), bool, true for class 2 (takeover).
-        held_out: ndarray, shape (n_trials,), int: trials of equal value are held out together, as :func:`held_out` has it.
+        held_out: ndarray, shape (n_trials,), int: trials of equal value are held out together, see :func:`held_out`.
         cells: ndarray, shape (n_trials,), int: within each value both classes train with equally many trials; all equal
             where no strata are matched.
     """
@@ -101,9 +101,9 @@ def balanced(train: np.ndarray, labels: np.ndarray, cells: np.ndarray, rng: np.r
 def calibrate(training: Training, *, shrinkage: float, draws: int, rng: np.random.Generator) -> Calibrated:
     """Return the decoder of a problem, and how it does on held-out blocks.
 
-    The classes differ in size, and a decoder that is trained on unequal classes prefers the larger one. So the larger is
-    drawn down ``draws`` times, and the decoder is the mean of what comes out: weights and biases are averaged, which for
-    a linear score is the mean of the scores.
+    The classes differ in size, and a decoder that is trained on unequal classes prefers the larger one. So the larger
+    is drawn down ``draws`` times, and the decoder is the mean of what comes out: weights and biases are averaged, which
+    for a linear score is the mean of the scores.
 
     Args:
         training: The problem's trials.
@@ -202,8 +202,8 @@ def _trains(labels: np.ndarray, groups: np.ndarray, cells: np.ndarray) -> bool:
 
 def _pairs(labels: np.ndarray, cells: np.ndarray) -> int:
     """Return how many trials a class a balanced training set has."""
-    each = ((np.count_nonzero(labels[cells == c]), np.count_nonzero(~labels[cells == c])) for c in np.unique(cells))
-    return sum(min(pair) for pair in each)
+    here = [labels[cells == cell] for cell in np.unique(cells)]
+    return sum(int(min(np.count_nonzero(one), np.count_nonzero(~one))) for one in here)
 
 
 def _in_cells(labels: np.ndarray, cells: np.ndarray) -> str:

@@ -52,6 +52,10 @@ class FrozenProblem:
     slope: float
     offset: float
 
+    def score(self, seen: np.ndarray) -> float:
+        """Return the score of an epoch's features, ndarray, shape (n_features,), µV."""
+        return float(self.weights @ seen) + self.bias
+
     def log_odds(self, score: float) -> float:
         """Return log P(score | class 2) / P(score | class 1): what the score says, whatever is likely beforehand."""
         return self.slope * score + self.offset
@@ -193,13 +197,9 @@ class FrozenDecoder:
     def decide(self, epoch: np.ndarray, problem: str) -> Decision:
         """Return what an epoch says: arguments and errors are those of :meth:`features`, and a name of ``problems``."""
         seen, peak = self.features(epoch)
-        return self.decision(seen, peak, problem)
-
-    def decision(self, seen: np.ndarray, peak_uv: float, problem: str) -> Decision:
-        """Return what features, as :meth:`features` returns them, say of a problem."""
         one = self.problems[problem]
-        score = float(one.weights @ seen) + one.bias
-        return Decision(score, sigmoid(one.log_odds(score)), peak_uv, peak_uv > self.reject_uv)
+        score = one.score(seen)
+        return Decision(score, sigmoid(one.log_odds(score)), peak, peak > self.reject_uv)
 
 
 def windows(sfreq: float) -> np.ndarray:

@@ -1,7 +1,7 @@
 """A stream filtered as it comes, and its last seconds kept, so that an epoch can be cut as soon as it is complete.
 
-One code for a live stream and for a recording on disk: whatever the lengths of the chunks, the result is the same to the
-last bit. Time is counted in samples that were received; what is lost between two of them is a break.
+One code for a live stream and for a recording on disk: whatever the lengths of the chunks, the result is the same to
+the last bit. Time is counted in samples that were received; what is lost between two of them is a break.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def design(sfreq: float, l_freq: float, h_freq: float) -> Design:
 class CausalChain:
     """A causal filter that goes on from chunk to chunk.
 
-    It begins, and begins anew after a break, settled on its first sample, so that an electrode's offset does not ring. A
-    sample that is no number on some channel is a break by itself: it is NaN in the result, and harms no later one.
+    It begins, and begins anew after a break, settled on its first sample, so that an electrode's offset does not ring.
+    A sample that is no number on some channel is a break by itself: it is NaN in the result, and harms no later one.
     """
 
     def __init__(self, design: Design) -> None:
