@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -246,14 +247,17 @@ def _hashes(inputs: Inputs) -> dict[str, str]:
     import hashlib
 
     found = {}
-    for stage, units in inputs.files.items():
-        for name, path in units[inputs.unit].items():
-            with path.open("rb") as file:
-                found[f"{stage}/{name}"] = hashlib.file_digest(file, "sha256").hexdigest()
-    return dict(sorted(found.items()))
+    for stage, units in sorted(inputs.files.items()):
+        for name, path in sorted(units[inputs.unit].items()):
+            if any(fnmatchcase(name, pattern) for read in _READS if read.stage == stage for pattern in read.files):
+                with path.open("rb") as file:
+                    found[f"{stage}/{name}"] = hashlib.file_digest(file, "sha256").hexdigest()
+    return found
 
 
 _IN_PARTS = "fifths of the recording were held out in the place of blocks, of which there are too few to leave one out"
+
+_READS = (Read("acquire", ("*_raw*.fif", "trials.parquet")), Read("preprocess", ("quality.parquet",)))
 
 STAGE = Stage(
     name="calibrate",
@@ -261,12 +265,6 @@ STAGE = Stage(
     config=Config,
     libraries=("numpy", "scipy", "pandas", "mne", "pyarrow"),
     check=check,
-    subject=Work(
-        run,
-        (
-            Read("acquire", ("*_raw*.fif", "trials.parquet")),
-            Read("preprocess", ("quality.parquet",)),
-        ),
-    ),
+    subject=Work(run, _READS),
     on_demand=True,
 )

@@ -1,4 +1,4 @@
-"""A stream filtered chunk by chunk: the same bits whatever the chunks, breaks kept apart, epochs once they are whole."""
+"""A stream filtered chunk by chunk: the same bits whatever the chunks, breaks kept apart, epochs when whole."""
 
 import itertools
 
