@@ -66,9 +66,7 @@ class Config:
         low=0,
         open_low=True,
     )
-    interpolation: str = option(
-        "eeglab", "splines for the channels that preprocess calls bad; eeglab or perrin", choices=SPLINES
-    )
+    interpolation: str = option("eeglab", "splines for the channels that preprocess calls bad", choices=SPLINES)
     reference: str = option("average", "reference of the clean EEG; none: as recorded", choices=("average", "none"))
     reject_uv: float = option(
         published.IMPLAUSIBLE_UV.value,
