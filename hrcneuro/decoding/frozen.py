@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class FrozenDecoder:
-    """A finished decoder.
+    """A finished decoder; one thread may use it at a time.
 
     Attributes:
         channels: Of the stream that it serves, in this order, in µV.
@@ -108,6 +109,11 @@ class FrozenDecoder:
     windows: np.ndarray
     reject_uv: float
     problems: Mapping[str, FrozenProblem]
+
+    @cached_property
+    def _room(self) -> np.ndarray:
+        """Room for a cleaned epoch: memory that the system clears anew for every decision costs more than deciding."""
+        return np.empty((len(self.matrix), self.n_times))
 
     @property
     def n_times(self) -> int:
@@ -187,12 +193,15 @@ class FrozenDecoder:
         expected = (len(self.channels), self.n_times)
         if epoch.shape != expected:
             raise ValueError(f"an epoch of shape {epoch.shape}; the decoder takes {expected}, channels × samples")
+        clean = self._room
         # One layout for all: products of other layouts may round otherwise.
-        clean = self.matrix @ np.ascontiguousarray(epoch, float)
-        peak = float(np.abs(clean - clean.mean(axis=1, keepdims=True)).max())
+        np.matmul(self.matrix, np.ascontiguousarray(epoch, float), out=clean)
+        seen = (clean @ self.windows.T).ravel()
+        clean -= clean.mean(axis=1, keepdims=True)
+        peak = float(np.abs(clean, out=clean).max())
         if not math.isfinite(peak):
             raise NotFiniteTrialsError("the epoch holds samples that are no finite numbers")
-        return (clean @ self.windows.T).ravel(), peak
+        return seen, peak
 
     def decide(self, epoch: np.ndarray, problem: str) -> Decision:
         """Return what an epoch says: arguments and errors are those of :meth:`features`, and a name of ``problems``."""

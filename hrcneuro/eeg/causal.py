@@ -184,7 +184,13 @@ class CausalStream:
                 f"{self.end} samples and keeps the last {self._last.shape[1]}",
                 state=state,
             )
-        return np.take(self._last, np.arange(first, first + length), axis=1, mode="wrap")
+        n_channels, kept = self._last.shape
+        start = first % kept
+        before = min(length, kept - start)
+        out = np.empty((n_channels, length))
+        out[:, :before] = self._last[:, start : start + before]
+        out[:, before:] = self._last[:, : length - before]
+        return out
 
 
 def nearest(zero: float) -> int:
