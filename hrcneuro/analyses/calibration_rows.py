@@ -12,7 +12,7 @@ import pandas as pd
 
 from hrcneuro.analyses.calibrated import Seen, cues_of
 from hrcneuro.decoding import baselines, chance, metrics
-from hrcneuro.decoding.calibration import Calibrated, Training, log_loss
+from hrcneuro.decoding.calibration import Calibrated, Training, log_loss, pairs
 from hrcneuro.decoding.features import WINDOWS_S
 from hrcneuro.decoding.frozen import FrozenDecoder, FrozenProblem
 from hrcneuro.decoding.patterns import pattern
@@ -58,9 +58,9 @@ class Rows:
         """
         key, cues = {"problem": name}, cues_of(rows)
         what = {"actor": problem.actor or None, "class1": problem.classes[0], "class2": problem.classes[1]}
-        labels, held_out = training.labels, training.held_out
-        self.scores.append(key | what | score_row(labels, found, held_out) | {"note": note})
-        self.blocks += [key | row for row in block_rows(labels, found, held_out, rows)]
+        labels = training.labels
+        self.scores.append(key | what | score_row(training, found) | {"note": note})
+        self.blocks += [key | row for row in block_rows(training, found, rows)]
         self.strata += [key | row for row in strata_rows(labels, found, cues, at_least=self.min_stratum)]
         self.baselines += [key | row for row in baseline_rows(labels, cues)]
         self.trials.append(trial_rows(rows, training, found, problem).assign(**key))
@@ -112,31 +112,31 @@ class Rows:
         } | ({"warnings": self.warnings} if self.warnings else {})
 
 
-def score_row(labels: np.ndarray, found: Calibrated, held_out: np.ndarray) -> dict[str, Any]:
+def score_row(training: Training, found: Calibrated) -> dict[str, Any]:
     """Return the numbers of a problem's row of scores.parquet, rates in percent."""
+    labels = training.labels
     rates = _rates(labels, found.scores)
     n2 = int(np.count_nonzero(labels))
     n1 = len(labels) - n2
     return rates | {
         "n1": n1,
         "n2": n2,
-        "n_blocks": len(np.unique(held_out)),
+        "n_blocks": len(np.unique(training.held_out)),
         "bacc_se": metrics.bacc_standard_error(rates["tnr"], rates["tpr"], n1, n2),
         "chance": 100 * chance.chance_level(len(labels)),
-        "log_loss": log_loss(found.probabilities, labels),
+        "log_loss": log_loss(found.probabilities, labels, training.cells),
         "stays": 100 * float((found.scores <= 0).mean()),
         "slope": found.slope,
         "offset": found.offset,
     }
 
 
-def block_rows(
-    labels: np.ndarray, found: Calibrated, held_out: np.ndarray, rows: pd.DataFrame
-) -> Iterator[dict[str, Any]]:
-    """Yield a row of blocks.parquet for each value of ``held_out``; rates in percent, NaN where a class is absent."""
-    for part in np.unique(held_out):
-        here = held_out == part
-        both = labels[here].any() and not labels[here].all()
+def block_rows(training: Training, found: Calibrated, rows: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Yield a row of blocks.parquet for each part that was held out; rates in percent, NaN where a class is absent."""
+    labels = training.labels
+    for part in np.unique(training.held_out):
+        here = training.held_out == part
+        both = pairs(labels[here], training.cells[here])
         scenarios = rows.loc[here, "scenario"].dropna().unique() if "scenario" in rows else []
         yield {
             "block": int(part),
@@ -144,7 +144,7 @@ def block_rows(
             "n1": int((here & ~labels).sum()),
             "n2": int((here & labels).sum()),
             **_rates(labels[here], found.scores[here]),
-            "log_loss": log_loss(found.probabilities[here], labels[here]) if both else math.nan,
+            "log_loss": log_loss(found.probabilities[here], labels[here], training.cells[here]) if both else math.nan,
         }
 
 

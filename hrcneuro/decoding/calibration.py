@@ -123,12 +123,32 @@ def calibrate(training: Training, *, shrinkage: float, draws: int, rng: np.rando
     ]  # fmt: skip
     tables = decoders.rlda(training.features, shrinkage=shrinkage)(labels, splits)
     scores = crossval.by_repeat(splits, tables, len(labels)).mean(axis=0)
-    slope, offset = platt(scores, labels)
+    slope, offset = platt(scores, labels, cells)
     return Calibrated(weights, bias, slope, offset, scores, _held_out_probabilities(scores, training))
 
 
-def platt(scores: np.ndarray, labels: np.ndarray, *, steps: int = 100) -> tuple[float, float]:
-    """Return slope and offset of the log-odds of class 2 for a score, both classes weighing alike in the fit.
+def pairs(labels: np.ndarray, cells: np.ndarray) -> int:
+    """Return how many trials of each class a balanced training set has, of these labels and cells."""
+    here = [labels[cells == cell] for cell in np.unique(cells)]
+    return sum(int(min(np.count_nonzero(one), np.count_nonzero(~one))) for one in here)
+
+
+def evidence_weights(labels: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return what each trial weighs: ndarray, shape (n_trials,), of sum 1; within each cell both classes weigh alike.
+
+    A cell weighs as much as it has pairs of trials of both classes: what a balanced training set holds of it. Where no
+    cell has both, all trials count alike.
+    """
+    weights = np.zeros(len(labels))
+    for cell in np.unique(cells):
+        for label in (False, True):
+            here = (cells == cell) & (labels == label)
+            weights[here] = pairs(labels[cells == cell], cells[cells == cell]) / max(int(here.sum()), 1)
+    return weights / weights.sum() if weights.any() else np.full(len(labels), 1 / max(len(labels), 1))
+
+
+def platt(scores: np.ndarray, labels: np.ndarray, cells: np.ndarray, *, steps: int = 100) -> tuple[float, float]:
+    """Return slope and offset of the log-odds of class 2 for a score, both classes weighing alike within each cell.
 
     Logistic regression on the score with Platt's targets, which are a little less than certain, so that classes that do
     not overlap at all still have a finite slope (Platt 1999, Advances in Large Margin Classifiers, pp. 61-74). A slope
@@ -137,6 +157,7 @@ def platt(scores: np.ndarray, labels: np.ndarray, *, steps: int = 100) -> tuple[
     Args:
         scores: ndarray, shape (n_trials,), of trials that the decoder was not trained on.
         labels: ndarray, shape (n_trials,), true for class 2; both classes occur.
+        cells: As :class:`Training` has them.
         steps: Newton steps at most.
     """
     n2 = int(np.count_nonzero(labels))
@@ -145,7 +166,7 @@ def platt(scores: np.ndarray, labels: np.ndarray, *, steps: int = 100) -> tuple[
     if not spread > 0:
         return 0.0, 0.0
     target = np.where(labels, (n2 + 1) / (n2 + 2), 1 / (n1 + 2))
-    weight = np.where(labels, 0.5 / n2, 0.5 / n1)
+    weight = evidence_weights(labels, cells)
     x = np.column_stack([(scores - scores.mean()) / spread, np.ones(len(scores))])
     beta = np.zeros(2)
     for _ in range(steps):
@@ -163,16 +184,16 @@ def platt(scores: np.ndarray, labels: np.ndarray, *, steps: int = 100) -> tuple[
     return slope, float(beta[1]) - slope * float(scores.mean())
 
 
-def log_loss(probabilities: np.ndarray, labels: np.ndarray) -> float:
-    """Return the mean of −log₂ P(true class) in bits, both classes weighing alike: 1 where nothing is known.
+def log_loss(probabilities: np.ndarray, labels: np.ndarray, cells: np.ndarray) -> float:
+    """Return the mean of −log₂ P(true class) in bits, weighed as in the fit: 1 where nothing is known.
 
     Args:
         probabilities: ndarray, shape (n_trials,), of class 2.
         labels: ndarray, shape (n_trials,), true for class 2.
+        cells: As :class:`Training` has them.
     """
     right = np.clip(np.where(labels, probabilities, 1 - probabilities), 1e-12, 1)
-    bits = -np.log2(right)
-    return float(bits[labels].mean() + bits[~labels].mean()) / 2
+    return float(-np.log2(right) @ evidence_weights(labels, cells))
 
 
 def _mean_discriminant(
@@ -190,22 +211,16 @@ def _held_out_probabilities(scores: np.ndarray, training: Training) -> np.ndarra
     out = np.full(len(scores), 0.5)
     for part in np.unique(training.held_out):
         here = training.held_out == part
-        slope, offset = platt(scores[~here], training.labels[~here])
+        slope, offset = platt(scores[~here], training.labels[~here], training.cells[~here])
         out[here] = 1 / (1 + np.exp(-np.clip(slope * scores[here] + offset, -500, 500)))
     return out
 
 
 def _trains(labels: np.ndarray, groups: np.ndarray, cells: np.ndarray) -> bool:
     """Return whether enough trials of both classes are left to train on, whichever group is held out."""
-    return all(_pairs(labels[groups != one], cells[groups != one]) >= _LEAST for one in np.unique(groups))
-
-
-def _pairs(labels: np.ndarray, cells: np.ndarray) -> int:
-    """Return how many trials a class a balanced training set has."""
-    here = [labels[cells == cell] for cell in np.unique(cells)]
-    return sum(int(min(np.count_nonzero(one), np.count_nonzero(~one))) for one in here)
+    return all(pairs(labels[groups != one], cells[groups != one]) >= _LEAST for one in np.unique(groups))
 
 
 def _in_cells(labels: np.ndarray, cells: np.ndarray) -> str:
     present: Sequence[int] = np.unique(cells).tolist()
-    return f", {_pairs(labels, cells)} pairs of them within strata" if len(present) > 1 else ""
+    return f", {pairs(labels, cells)} pairs of them within strata" if len(present) > 1 else ""

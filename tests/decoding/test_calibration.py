@@ -6,13 +6,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from threadpoolctl import threadpool_limits
 
-from hrcneuro.decoding import calibration
-from hrcneuro.decoding.calibration import Training, balanced, calibrate, held_out, log_loss, platt, strata_cells
+from hrcneuro.decoding.calibration import (
+    Training,
+    balanced,
+    calibrate,
+    evidence_weights,
+    held_out,
+    log_loss,
+    platt,
+    strata_cells,
+)
 from hrcneuro.decoding.lda import discriminant
 from hrcneuro.decoding.metrics import rates
 from hrcneuro.decoding.refusals import FewTrialsError
 
 BLOCKS = 6
+ALIKE = np.zeros(60, int)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -47,7 +56,7 @@ def test_without_an_effect_held_out_blocks_are_at_chance_and_probabilities_know_
     ones = [found(seed, drift=2.0) for seed in range(40)]
     scored = np.array([bacc(*one) for one in ones])
     assert abs(scored.mean() - 0.5) < 3 * scored.std(ddof=1) / np.sqrt(len(scored))
-    losses = [log_loss(result.probabilities, training.labels) for training, result in ones]
+    losses = [log_loss(result.probabilities, training.labels, training.cells) for training, result in ones]
     assert np.mean(losses) > 0.995
 
 
@@ -56,7 +65,7 @@ def test_what_is_planted_is_found_and_probabilities_say_how_sure_that_is():
     assert np.mean([bacc(*one) for one in ones]) > 0.75
     p = np.concatenate([result.probabilities for _, result in ones])
     labels = np.concatenate([training.labels for training, _ in ones])
-    assert log_loss(p, labels) < 0.8
+    assert log_loss(p, labels, np.zeros(len(p), int)) < 0.8
     # Both classes weighing alike, of trials that are called 0.6 to 0.8 about 0.7 are takeovers.
     weight = np.where(labels, 0.5 / labels.mean(), 0.5 / (~labels).mean())
     here = (p > 0.6) & (p < 0.8)
@@ -152,7 +161,7 @@ def test_without_two_blocks_fifths_are_held_out_and_too_few_trials_are_refused()
 def test_platt_finds_the_log_odds_of_two_gaussians_whatever_the_classes_sizes():
     rng = np.random.default_rng(0)
     scores = np.concatenate([rng.normal(-1, 2, 40_000), rng.normal(3, 2, 4000)])
-    slope, offset = platt(scores, np.arange(44_000) >= 40_000)
+    slope, offset = platt(scores, np.arange(44_000) >= 40_000, np.zeros(44_000, int))
     # log N(3, 2) / N(-1, 2) = (4 s − 4) / 4
     assert slope == pytest.approx(1.0, rel=0.05)
     assert offset == pytest.approx(-1.0, rel=0.08)
@@ -161,11 +170,11 @@ def test_platt_finds_the_log_odds_of_two_gaussians_whatever_the_classes_sizes():
 def test_platt_stays_finite_where_classes_do_not_overlap_and_turns_nothing_around():
     labels = np.arange(20) >= 10
     apart = np.where(labels, 5.0, -5.0)
-    slope, offset = platt(apart, labels)
+    slope, offset = platt(apart, labels, ALIKE[:20])
     assert 0 < slope < 10
     assert abs(offset) < 1e-6
-    assert platt(-apart, labels) == (0.0, 0.0)
-    assert platt(np.zeros(20), labels) == (0.0, 0.0)
+    assert platt(-apart, labels, ALIKE[:20]) == (0.0, 0.0)
+    assert platt(np.zeros(20), labels, ALIKE[:20]) == (0.0, 0.0)
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 1000))
@@ -174,14 +183,31 @@ def test_platt_does_not_depend_on_the_unit_of_the_score(seed, unit):
     rng = np.random.default_rng(seed)
     labels = np.arange(60) % 3 == 0
     scores = rng.normal(0, 1, 60) + labels
-    slope, offset = platt(scores, labels)
-    other = platt(unit * scores, labels)
+    slope, offset = platt(scores, labels, ALIKE)
+    other = platt(unit * scores, labels, ALIKE)
     assert other[0] * unit == pytest.approx(slope, rel=1e-6, abs=1e-9)
     assert other[1] == pytest.approx(offset, rel=1e-6, abs=1e-6)
 
 
 def test_log_loss_is_one_bit_where_nothing_is_known():
     labels = np.arange(10) < 3
-    assert log_loss(np.full(10, 0.5), labels) == pytest.approx(1)
-    assert log_loss(np.where(labels, 1.0, 0.0), labels) == pytest.approx(0, abs=1e-9)
-    assert calibration.log_loss(np.where(labels, 0.0, 1.0), labels) > 30
+    assert log_loss(np.full(10, 0.5), labels, ALIKE[:10]) == pytest.approx(1)
+    assert log_loss(np.where(labels, 1.0, 0.0), labels, ALIKE[:10]) == pytest.approx(0, abs=1e-9)
+    assert log_loss(np.where(labels, 0.0, 1.0), labels, ALIKE[:10]) > 30
+
+
+def test_a_cue_that_shows_in_the_score_is_no_evidence_where_its_strata_are_matched():
+    """A score that follows the cue and nothing else: the cue foretells the label, within its strata nothing does."""
+    rng = np.random.default_rng(0)
+    labels = rng.random(4000) < 0.4
+    cue = rng.random(4000) < np.where(labels, 0.8, 0.3)
+    scores = rng.normal(0, 1, 4000) + 2.0 * cue
+    plain, _ = platt(scores, labels, np.zeros(4000, int))
+    matched, _ = platt(scores, labels, cue.astype(int))
+    assert plain > 0.4
+    assert matched < 0.1
+    weights = evidence_weights(labels, cue.astype(int))
+    for value in (False, True):
+        sums = [weights[(cue == value) & (labels == label)].sum() for label in (False, True)]
+        assert sums[0] == pytest.approx(sums[1])
+    assert weights.sum() == pytest.approx(1)
