@@ -16,7 +16,7 @@ _RATES = {
     "bacc": Column("float", "%", "balanced accuracy, the mean of tnr and tpr"),
     "auc": Column("float", "%", "area under the receiver operating characteristic"),
     "log_loss": Column(
-        "float", "bits", "mean of -log2 P(true class), classes weighing alike in every matched stratum; 1: knows nothing"
+        "float", "bits", "mean of -log2 P(true class), classes weighing alike in each matched stratum; 1: knows nothing"
     ),
 }
 
