@@ -139,7 +139,9 @@ class Flow:
             self.seen.trouble = self.seen.cure = ""
             held(now)
         elif self._pause is not None:
+            # Nothing was held yet: it is as if nobody had asked.
             self._pause = None
+            self.seen.trouble = self.seen.cure = ""
         elif self._read is not None:
             self._go_on(now)
 

@@ -137,7 +137,10 @@ class Rehearsal:
         if isinstance(message, m.Go):
             self._go[message.index] = message
         elif isinstance(message, m.Onset):
-            self._markers.send(self._go.pop(message.index).marker, self._began + message.when)
+            go = self._go.pop(message.index)
+            # Where the grid's edge stops a move, nothing moves, and no marker goes out.
+            if go.start != go.end:
+                self._markers.send(go.marker, self._began + message.when)
         elif isinstance(message, m.Mark):
             self._markers.send(message.text, self._began + message.when)
         elif isinstance(message, m.Truth):

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
+import importlib.util
 import os
+import sys
 import threading
+import types
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,7 +41,7 @@ def library(purpose: str, *, instead: str = "") -> Any:
         HardwareError: mne-lsl is not installed, or its liblsl does not load.
     """
     try:
-        import mne_lsl.lsl as lsl
+        lsl = _streams_alone()
     except ImportError as error:
         missing = error.name is not None and error.name.partition(".")[0] == "mne_lsl"
         raise HardwareError(
@@ -50,6 +54,28 @@ def library(purpose: str, *, instead: str = "") -> Any:
         # are of connections that end, which is no error here.
         lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
     return lsl
+
+
+def _streams_alone() -> Any:
+    """Return ``mne_lsl.lsl`` without what ``import mne_lsl`` brings along.
+
+    Its player, its viewer and with them SciPy's statistics are two seconds and 80 MB that a recorder, an amplifier and
+    an arm's process do not need (mne-lsl 1.14). Who imports mne_lsl afterwards gets it whole.
+    """
+    name = "mne_lsl"
+    if name in sys.modules:
+        return importlib.import_module(name).lsl
+    found = importlib.util.find_spec(name)
+    if found is None or found.submodule_search_locations is None:
+        raise ImportError(f"No module named {name!r}", name=name)
+    package = types.ModuleType(name)
+    package.__path__ = list(found.submodule_search_locations)
+    package.__spec__ = found
+    sys.modules[name] = package
+    try:
+        return importlib.import_module("mne_lsl.lsl")
+    finally:
+        del sys.modules[name]
 
 
 def _without_place(xml: str) -> str:

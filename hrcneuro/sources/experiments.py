@@ -30,11 +30,13 @@ class Kept:
 
     Attributes:
         moves: Episode -> how many moves it has.
+        ends: Episode -> rows and columns of its path's start and goal.
         arrived: Episodes that came to their goal.
         directions: Block of iC, in the authors' words -> the human's two directions.
     """
 
     moves: Mapping[Episode, int] = field(default_factory=dict)
+    ends: Mapping[Episode, tuple[int, int, int, int]] = field(default_factory=dict)
     arrived: frozenset[Episode] = frozenset()
     directions: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
@@ -71,7 +73,7 @@ def beside(log: Path) -> Kept | None:
         return None
     try:
         return _kept(read(path)[0])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError) as error:
         raise DataError(
             f"{path} is not what an experiment writes: {type(error).__name__}: {error}",
             cure="restore it from a copy; beside the log of no experiment, put it aside",
@@ -80,6 +82,7 @@ def beside(log: Path) -> Kept | None:
 
 def _kept(entries: list[Entry]) -> Kept:
     moves: dict[Episode, int] = {}
+    ends: dict[Episode, tuple[int, int, int, int]] = {}
     arrived: set[Episode] = set()
     directions: dict[str, frozenset[str]] = {}
     for entry in entries:
@@ -88,9 +91,12 @@ def _kept(entries: list[Entry]) -> Kept:
             moves[episode] = moves.get(episode, 0) + 1
             if entry["last"]:
                 arrived.add(episode)
+        elif entry["kind"] == EPISODE:
+            start, goal = entry["path"][0], entry["path"][-1]
+            ends[name_of(entry), int(entry["episode"])] = (start[0], start[1], goal[0], goal[1])
         elif entry["kind"] == BLOCK and entry["human_directions"]:
             directions[name_of(entry)] = frozenset(entry["human_directions"])
-    return Kept(moves, frozenset(arrived), directions)
+    return Kept(moves, ends, frozenset(arrived), directions)
 
 
 def name_of(entry: Mapping[str, Any]) -> str:

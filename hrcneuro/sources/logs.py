@@ -77,22 +77,36 @@ def _read_pair(path: Path, other: Path, kept: Kept | None) -> pd.DataFrame:
     log = _translate(_read(path, words.LOG, torn=kept is not None), path)
     metadata = _read(other, _METADATA)
     if kept is not None:
-        metadata = _caught_up(log, metadata)
+        metadata = _caught_up(log, metadata, kept)
     _compare(log, metadata, path, other)
     return annotate(_trials(log.merge(metadata, on=["block", "episode"], how="left"), path, kept or experiments.Kept()))
 
 
-def _caught_up(log: pd.DataFrame, metadata: pd.DataFrame) -> pd.DataFrame:
-    """Return the metadata with the log's last move counted: a killed experiment may not have come to it."""
-    if not len(log) or not len(metadata):
-        return metadata
-    last, out = log.iloc[-1], metadata.copy()
-    said = out.iloc[-1]
-    moves = int(((log["block"] == last["block"]) & (log["episode"] == last["episode"])).sum())
-    same = (said["block"], said["episode"]) == (last["block"], last["episode"])
-    if same and moves == said["agent_moves"] + said["human_moves"] + 1:
-        out.loc[out.index[-1], "human_moves" if last["key"] else "agent_moves"] += 1
-    return out
+def _caught_up(log: pd.DataFrame, metadata: pd.DataFrame, kept: Kept) -> pd.DataFrame:
+    """Return the metadata with the log's last moves counted: an experiment that was killed, or whose disk was full, may
+    not have come to that."""
+    import pandas as pd
+
+    rows: dict[Any, Any] = {}
+    for one in metadata.to_dict("records"):
+        if (one["block"], one["episode"]) in rows:
+            return metadata
+        rows[one["block"], one["episode"]] = one
+    last = next(reversed(rows), None)
+    human = (log["key"] != "").groupby([log["block"], log["episode"]], sort=False)
+    sizes = human.size()
+    episode: Any
+    for episode, keys in human.sum().items():
+        moves = int(sizes[episode])
+        # What was kept is never behind the log.
+        known = episode in kept.ends and moves <= kept.moves.get(episode, 0)
+        if not known or (episode in rows and episode != last):
+            continue
+        said = rows.get(episode, {"agent_moves": 0, "human_moves": 0})
+        if moves > said["agent_moves"] + said["human_moves"]:
+            counts = {"agent_moves": moves - int(keys), "human_moves": int(keys)}
+            rows[episode] = {**dict(zip(metadata, (*episode, *kept.ends[episode]), strict=False)), **counts}
+    return pd.DataFrame(list(rows.values()), columns=list(metadata))
 
 
 def _read(path: Path, columns: dict[str, str], *, torn: bool = False) -> pd.DataFrame:

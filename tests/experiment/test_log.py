@@ -21,7 +21,8 @@ from hrcneuro.experiment import disk
 from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.mending import TORN
 from hrcneuro.io.tables import read_table
-from hrcneuro.paradigm.owners import Directions
+from hrcneuro.paradigm.owners import Areas, Directions
+from hrcneuro.paradigm.retrace import retrace
 from hrcneuro.paradigm.session import Block, protocol
 from hrcneuro.sources import authors_log, behaviour, experiments
 from hrcneuro.sources.logs import read_log
@@ -409,6 +410,42 @@ def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, tria
     log.close()
     same(pair_follows_from_the_rows(tmp_path), trials.head(21), but=[*TIMES, *_ANNOTATED])
     assert [one["text"] for one in lines_of(tmp_path, "note")] == ["still full", "free again"]
+
+
+def test_a_disk_that_has_room_for_rows_and_none_for_new_files_leaves_a_log_that_can_be_read(
+    tmp_path, trials, monkeypatch
+):
+    """Several moves and the next episode may come to the one file and not to the other."""
+    log = begun(tmp_path)
+    real, full = disk.replaced, []
+
+    def none(path, write, *, sync=True):
+        if full:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        real(path, write, sync=sync)
+
+    monkeypatch.setattr("hrcneuro.experiment.log.replaced", none)
+    paths = retrace({"s": trials}).episodes["path"]
+    play(log, trials, most=3)
+    full.append(True)
+    written = 3
+    for row in trials.iloc[3:40].itertuples():
+        if row.trial == 0:
+            break
+        with pytest.raises(StageError, match="No space left"):
+            log.move(move_of(row), onset=2000.0 + row.Index, t_f=0.8, ended=2001.0 + row.Index)
+        written += 1
+        assert len(read_log(tmp_path, "s01")) == written
+    with pytest.raises(StageError):
+        log.block(Block(True, 2, "sC", 1), Areas(frozenset()))
+    with pytest.raises(StageError):
+        log.episode(1, paths[1])
+    with pytest.raises(StageError):
+        log.move(move_of(trials.iloc[written]), onset=3000.0, t_f=0.8, ended=3001.0)
+    same(read_log(tmp_path, "s01"), trials.head(written + 1), but=[*TIMES, *_ANNOTATED])
+    full.clear()
+    log.close()
+    assert len(pair_follows_from_the_rows(tmp_path)) == written + 1
 
 
 def test_a_place_that_cannot_be_written_is_refused(tmp_path, monkeypatch):

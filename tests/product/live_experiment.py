@@ -112,7 +112,7 @@ def beats(lab: Lab, keyboard: xvfb.Keyboard, _: list[str]) -> Iterator[Row]:
             alone.environment["DISPLAY"] = lab.environment["DISPLAY"]
             words = ["--human", "simulated", "--no-lsl", "--set", "robot.recorder_wait_s=0", *window, *FEW]
             session = experiment(alone, *words)
-            out, err = session.communicate(timeout=900)
+            _, err = session.communicate(timeout=900)
             if session.returncode:
                 yield f"a session {kind} window ended with {session.returncode}", False, err[-1500:]
                 return
