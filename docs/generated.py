@@ -7,8 +7,8 @@ What stands between these two lines of a page is replaced:
     <!-- made from the code: options preprocess -->     options: key, default, range, meaning
     <!-- end of what is made -->
 
-Besides ``options STAGE`` (or a section, such as ``experiment``): ``artifacts STAGE`` (its tables, with columns, units and
-meaning, and its figures), ``recipes`` (the built-in decoders) and ``help`` (what every command prints on --help).
+Besides ``options STAGE`` (or a section, such as ``experiment``): ``artifacts STAGE`` (its tables, with columns, units
+and meaning, and its figures), ``recipes`` (the built-in decoders) and ``help`` (what every command prints on --help).
 """
 
 from __future__ import annotations

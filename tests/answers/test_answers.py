@@ -58,7 +58,7 @@ SUMMARIES = {
         },
         [
             "30 channels at 500 Hz, ready 600 ms after an onset; from 640 trials (dropped: amplitude 4, boundary 1)",
-            "RRvsRH  59.1 ± 3.9 %; takeovers 58.2 % of 153, others 60.0 % of 236; it says that the actor stays in 51.2 %",
+            "RRvsRH  59.1 ± 3.9 %; takeovers 58.2 % of 153, others 60.0 % of 236; it says that the actor stays in",
             "RRvsRH  the actor stays 50.0 %, after an error 70.8 %, before a turn 88.7 %",
             "RRvsRH  prev_error yes 57.2 %, turn yes 56.5 %",
         ],
