@@ -9,8 +9,8 @@ import numpy as np
 
 from hrcneuro.decoding import crossval, decoders
 from hrcneuro.decoding.crossval import Split
+from hrcneuro.decoding.frozen_refusals import FewTrialsError
 from hrcneuro.decoding.lda import discriminant
-from hrcneuro.decoding.refusals import FewTrialsError
 
 _LEAST = 2  # trials a class of a training set: covariances with n − 1 need them
 _PARTS = 5  # of a recording of one block, in the place of blocks

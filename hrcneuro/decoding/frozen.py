@@ -15,13 +15,13 @@ from functools import cached_property
 import numpy as np
 
 from hrcneuro.decoding.features import ONLINE_MEAN_S, WINDOWS_S, window_weights
-from hrcneuro.decoding.refusals import (
-    NotFiniteTrialsError,
+from hrcneuro.decoding.frozen_refusals import (
     OtherChannelsError,
     OtherOrderError,
     OtherRateError,
     OtherUnitError,
 )
+from hrcneuro.decoding.refusals import NotFiniteTrialsError
 from hrcneuro.decoding.scheme import FEATURES_END_S
 from hrcneuro.eeg.causal import CausalStream, Design, nearest
 

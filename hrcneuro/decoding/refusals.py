@@ -33,27 +33,3 @@ class MissingLibraryError(ValueError):
 
 class TwinTrialsError(ValueError):
     """Trials are so close that they are one event twice: folds would train on what they test."""
-
-
-class StreamError(ValueError):
-    """A stream is not of the kind that a decoder was made for."""
-
-
-class OtherChannelsError(StreamError):
-    """A stream lacks channels that a decoder needs, or has others beside them."""
-
-
-class OtherOrderError(StreamError):
-    """A stream has the channels that a decoder needs, in another order."""
-
-
-class OtherUnitError(StreamError):
-    """A stream's samples are in another unit."""
-
-
-class OtherRateError(StreamError):
-    """A stream comes at another sampling rate."""
-
-
-class FewTrialsError(ValueError):
-    """A problem has too few trials of a class, or of a class beside a held-out block."""

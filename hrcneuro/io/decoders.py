@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hrcneuro.decoding import refusals
+from hrcneuro.decoding import frozen_refusals
 from hrcneuro.decoding.frozen import UNIT, FrozenDecoder, FrozenProblem
 from hrcneuro.eeg.causal import Design
 from hrcneuro.errors import ConfigError, Cures, DataError, cured
@@ -19,13 +19,16 @@ ARRAYS, ABOUT = "decoder.npz", "decoder.json"
 _VERSION = 1
 
 STREAM_CURES: Cures = {
-    refusals.OtherChannelsError: (
+    frozen_refusals.OtherChannelsError: (
         ConfigError,
         "send these channels under these names, or calibrate on a recording of this stream: hrcneuro calibrate SUBJECT",
     ),
-    refusals.OtherOrderError: (ConfigError, "send the channels in the order of the recording, or calibrate anew"),
-    refusals.OtherUnitError: (ConfigError, f"let the amplifier's program send {UNIT}, and state it"),
-    refusals.OtherRateError: (
+    frozen_refusals.OtherOrderError: (
+        ConfigError,
+        "send the channels in the order of the recording, or calibrate anew",
+    ),
+    frozen_refusals.OtherUnitError: (ConfigError, f"let the amplifier's program send {UNIT}, and state it"),
+    frozen_refusals.OtherRateError: (
         ConfigError,
         "set the amplifier to that rate, or calibrate on a recording at the stream's rate",
     ),

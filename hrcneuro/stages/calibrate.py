@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro import published
 from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Read, Stage, Work, option, params
-from hrcneuro.decoding.refusals import EmptyWindowError, FewTrialsError, NotFiniteTrialsError
+from hrcneuro.decoding.frozen_refusals import FewTrialsError
+from hrcneuro.decoding.refusals import EmptyWindowError, NotFiniteTrialsError
 from hrcneuro.decoding.scheme import SHRINKAGE
 from hrcneuro.eeg.params import SPLINES
 from hrcneuro.eeg.refusals import BandError, LoneChannelError, NoPositionError

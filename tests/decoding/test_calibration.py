@@ -16,9 +16,9 @@ from hrcneuro.decoding.calibration import (
     platt,
     strata_cells,
 )
+from hrcneuro.decoding.frozen_refusals import FewTrialsError
 from hrcneuro.decoding.lda import discriminant
 from hrcneuro.decoding.metrics import rates
-from hrcneuro.decoding.refusals import FewTrialsError
 
 BLOCKS = 6
 ALIKE = np.zeros(60, int)

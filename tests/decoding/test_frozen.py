@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcneuro.decoding import offline, refusals
+from hrcneuro.decoding import frozen_refusals, offline
 from hrcneuro.decoding.features import ONLINE_MEAN_S, WINDOWS_S, window_means
 from hrcneuro.decoding.frozen import FrozenDecoder, FrozenProblem, sigmoid, windows
+from hrcneuro.decoding.refusals import NotFiniteTrialsError
 from hrcneuro.eeg.causal import State, design
 
 SFREQ = 250.0
@@ -126,7 +127,7 @@ def test_an_artefact_is_told_and_what_is_no_number_refused():
     assert not ONE.decide(epoch, "RRvsRH").artefact
     assert ONE.decide(100 * epoch, "RRvsRH").artefact
     epoch[4, 149] = np.nan
-    with pytest.raises(refusals.NotFiniteTrialsError):
+    with pytest.raises(NotFiniteTrialsError):
         ONE.decide(epoch, "RRvsRH")
     with pytest.raises(ValueError, match=r"shape \(8, 149\); the decoder takes \(8, 150\)"):
         ONE.decide(epoch[:, 1:], "RRvsRH")
@@ -161,22 +162,22 @@ SWAPPED = (CHANNELS[1], CHANNELS[0], *CHANNELS[2:])
             CHANNELS[:-1],
             UNITS,
             SFREQ,
-            refusals.OtherChannelsError,
+            frozen_refusals.OtherChannelsError,
             "lacks EOG1; the decoder takes these 8 channels: E0",
         ),
-        ((*CHANNELS, "TRIGGER"), [*UNITS, ""], SFREQ, refusals.OtherChannelsError, "has TRIGGER beside them"),
-        ((*CHANNELS[:-1], "VEOG"), UNITS, SFREQ, refusals.OtherChannelsError, "lacks EOG1 and has VEOG beside"),
-        ((*CHANNELS, "E0"), [*UNITS, "uV"], SFREQ, refusals.OtherChannelsError, "names E0 twice"),
-        (SWAPPED, UNITS, SFREQ, refusals.OtherOrderError, "channel 1 is E1; the decoder takes E0 there"),
-        (CHANNELS, ["V"] * 8, SFREQ, refusals.OtherUnitError, "8 channels .* E0, in 'V'; the decoder takes µV"),
-        (CHANNELS, [*UNITS[:-1], ""], SFREQ, refusals.OtherUnitError, "1 channels .* EOG1, in ''"),
-        (CHANNELS, UNITS, 256.0, refusals.OtherRateError, "256 Hz; the decoder takes 250 Hz"),
+        ((*CHANNELS, "TRIGGER"), [*UNITS, ""], SFREQ, frozen_refusals.OtherChannelsError, "has TRIGGER beside them"),
+        ((*CHANNELS[:-1], "VEOG"), UNITS, SFREQ, frozen_refusals.OtherChannelsError, "lacks EOG1 and has VEOG beside"),
+        ((*CHANNELS, "E0"), [*UNITS, "uV"], SFREQ, frozen_refusals.OtherChannelsError, "names E0 twice"),
+        (SWAPPED, UNITS, SFREQ, frozen_refusals.OtherOrderError, "channel 1 is E1; the decoder takes E0 there"),
+        (CHANNELS, ["V"] * 8, SFREQ, frozen_refusals.OtherUnitError, "8 channels .* E0, in 'V'; the decoder takes µV"),
+        (CHANNELS, [*UNITS[:-1], ""], SFREQ, frozen_refusals.OtherUnitError, "1 channels .* EOG1, in ''"),
+        (CHANNELS, UNITS, 256.0, frozen_refusals.OtherRateError, "256 Hz; the decoder takes 250 Hz"),
     ],
 )
 def test_a_stream_of_another_kind_is_refused(channels, units, sfreq, error, said):
     with pytest.raises(error, match=said):
         ONE.rows(channels, units, sfreq)
-    assert issubclass(error, refusals.StreamError)
+    assert issubclass(error, frozen_refusals.StreamError)
 
 
 def test_the_actor_of_a_move_says_which_problem_is_decided():

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from hrcneuro.decoding import frozen_refusals
 from hrcneuro.decoding.features import WINDOWS_S
 from hrcneuro.decoding.frozen import FrozenDecoder, FrozenProblem, windows
 from hrcneuro.eeg.causal import design
@@ -100,3 +101,9 @@ def test_a_stream_of_another_kind_is_an_error_with_a_cure(written, channels, uni
         decoders.rows(decoder, channels, [unit] * len(channels), sfreq)
     assert cure in caught.value.cure
     assert decoders.rows(decoder, [*CHANNELS, "TRG"], ["uV"] * 5, 500.0, beside=["TRG"]) == [0, 1, 2, 3]
+
+
+def test_every_reason_for_which_a_stream_is_not_served_has_a_cure():
+    base = frozen_refusals.StreamError
+    reasons = {one for one in vars(frozen_refusals).values() if isinstance(one, type) and issubclass(one, base)}
+    assert reasons - {base} == set(decoders.STREAM_CURES)
