@@ -88,6 +88,16 @@ TABLES = {
         "sNN/timing.parquet": "hrcneuro.tables.robot:TIMING",
         "sNN/reach.parquet": "hrcneuro.tables.robot:REACH",
     },
+    "calibrate": {
+        "sNN/scores.parquet": "hrcneuro.tables.calibrate:SCORES",
+        "sNN/blocks.parquet": "hrcneuro.tables.calibrate:BLOCKS",
+        "sNN/strata.parquet": "hrcneuro.tables.calibrate:STRATA",
+        "sNN/baselines.parquet": "hrcneuro.tables.calibrate:BASELINES",
+        "sNN/trials.parquet": "hrcneuro.tables.calibrate:TRIALS",
+        "sNN/patterns.parquet": "hrcneuro.tables.calibrate:PATTERNS",
+        "sNN/dropped.parquet": "hrcneuro.tables.calibrate:DROPPED",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+    },
 }
 PAGES = Path(__file__).parent
 _BLOCK = re.compile(

@@ -203,6 +203,7 @@ class Stage:
         ready: Raises ConfigError where other people's code that the configuration names cannot be used; before anything
             runs, and where the configuration is checked.
         moves: Whether it is about moves on the grid, so that a study without any has no use for it.
+        on_demand: Whether a study consists of it only where it names it (study.stages); its command runs it anyway.
     """
 
     name: str
@@ -220,6 +221,7 @@ class Stage:
     notes: Callable[[Any], list[str]] = lambda config: []
     ready: Callable[[Any], None] = lambda config: None
     moves: bool = False
+    on_demand: bool = False
 
 
 @dataclass(frozen=True)

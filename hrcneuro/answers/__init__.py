@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from hrcneuro.answers import brain, decoding, recordings, robots, words
+from hrcneuro.answers import brain, calibrations, decoding, recordings, robots, words
 from hrcneuro.contract import GROUP, SWEEP
 
 Summary = Mapping[str, Any]
@@ -21,6 +21,7 @@ _SUBJECT: Mapping[str, Callable[[Summary], list[str]]] = {
     "epoch": recordings.epoch,
     "decode": decoding.subject,
     "robot": robots.robot,
+    "calibrate": calibrations.subject,
 }
 _GROUP: Mapping[str, Callable[[Summary], list[str]]] = {"decode": decoding.group}
 # Long tables: stage, whether of the group.
@@ -35,6 +36,7 @@ _TOGETHER: Mapping[str, Callable[[Mapping[str, Summary]], list[str]]] = {
     "epoch": recordings.epoch_together,
     "decode": decoding.together,
     "robot": robots.robot_together,
+    "calibrate": calibrations.together,
 }
 
 

@@ -15,7 +15,7 @@ _ARMS = ("sim", "ursim", "ur", "ros", "none")
 
 @command(
     "Run the study with a person, or rehearse it with a simulated one.",
-    "experiment s01 --backend ursim --human simulated --no-screen --no-lsl",
+    "experiment s01 --backend ursim --human simulated --no-screen",
     "experiment s01 --human simulated --pace virtual",
     name="experiment",
 )

@@ -1,4 +1,4 @@
-"""The stages that need no options of their own: preprocess, epoch, erp, ersp, decode."""
+"""The stages that need no options of their own: preprocess, epoch, erp, ersp, decode, calibrate."""
 
 from __future__ import annotations
 
@@ -58,4 +58,10 @@ _plain_stage("erp", "Average, contrast and test event-related potentials.", "erp
 _plain_stage("ersp", "Time-frequency maps, their contrasts and tests.", "ersp s01", "ersp -j 2")
 _plain_stage(
     "decode", "Decode single trials and compare with chance.", "decode s01", "decode --set decode.repeats=1 --dry-run"
+)
+_plain_stage(
+    "calibrate",
+    "Make a decoder that can work live, and say how it does on held-out blocks.",
+    "calibrate s01",
+    "calibrate s01 --set 'calibrate.matched=[\"turn\"]' --dry-run",
 )

@@ -31,7 +31,9 @@ class StudyOptions:
     )
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
     stages: tuple[str, ...] = option(
-        (), "what the study consists of; none named: every stage that its data allow", choices=stages.NAMES
+        (),
+        "what the study consists of; none named: every stage that its data allow, but calibrate",
+        choices=stages.NAMES,
     )
 
 
@@ -74,8 +76,9 @@ class Settings:
 
     @property
     def stages(self) -> tuple[str, ...]:
-        """The stages of the study, in their order: those that it names, or all that its data allow."""
-        named = self.study.stages or set(stages.NAMES) - set(self.left_out)
+        """The stages of the study, in their order: those that it names, or all that need no asking for."""
+        asked = {name for name in stages.NAMES if stages.load(name).on_demand}
+        named = self.study.stages or set(stages.NAMES) - set(self.left_out) - asked
         return tuple(name for name in stages.NAMES if name in named)
 
     @property

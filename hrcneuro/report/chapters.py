@@ -273,6 +273,10 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
+def _calibrations(results: Results) -> Values:
+    return {"calibrations": of_subjects.calibrations(results)}
+
+
 # Stage -> what its template is given; empty where it has nothing to show.
 _VALUES: dict[str, Callable[[Results], Values]] = {
     "acquire": _recordings,
@@ -283,4 +287,5 @@ _VALUES: dict[str, Callable[[Results], Values]] = {
     "decode": _decoding,
     "simulate": _milestones,
     "robot": _arms,
+    "calibrate": _calibrations,
 }

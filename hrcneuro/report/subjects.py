@@ -62,3 +62,19 @@ def _of_subjects(results: Results, stage: str, name: str) -> Iterator[tuple[str,
         path = results.path(stage, unit, name)
         if path is not None:
             yield unit, path
+
+
+def calibrations(results: Results) -> PageTable:
+    """Return how each subject's frozen decoder does on held-out blocks, beside rules that look at no EEG."""
+    rows: list[list[Cell]] = []
+    for unit in results.units("calibrate"):
+        for name, one in sorted(results.summary("calibrate", unit).get("problems", {}).items()):
+            rules = [one["rules"].get(rule, {}).get("bacc") for rule in ("stays", "prev_error", "turn")]
+            rates = [
+                "-" if v is None else f"{v:.1f}" for v in (one["bacc"], 1.96 * one["bacc_se"], one["stays"], *rules)
+            ]
+            trials = f"{one['n1']} : {one['n2']}"
+            rows.append([unit, name, trials, one["n_blocks"], *rates, f"{one['log_loss']:.3f}"])
+    head = ["subject", "problem", "trials", "blocks", "balanced (%)", "± 95 %", "says that the actor stays (%)"]
+    without = ["no EEG: the actor stays (%)", "no EEG: previous error (%)", "no EEG: turn ahead (%)"]
+    return PageTable([*head, *without, "log loss (bits)"], rows)

@@ -88,8 +88,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
     """Return the recording in microvolt, EEG first, EOG after it."""
     import mne
-    import numpy as np
 
+    from hrcneuro.analyses import electrodes
     from hrcneuro.eeg.breaks import borders
     from hrcneuro.eeg.cleaning import Signals
     from hrcneuro.io.fif import read_samples
@@ -102,36 +102,15 @@ def _signals(raw: mne.io.BaseRaw, config: Config) -> Signals:
             cure="give their types: acquire.channel_types = {NAME = 'eeg'}",
         )
     data = read_samples(raw, [*eeg, *eog], 1e6)
-    positions = np.array([raw.info["chs"][i]["loc"][:3] for i in eeg], float)
-    positions[~np.any(positions != 0, axis=1)] = np.nan
     return Signals(
         data,
         float(raw.info["sfreq"]),
         [raw.ch_names[i] for i in eeg],
         [raw.ch_names[i] for i in eog],
-        positions - _centre(raw, positions, config.interpolation),
+        electrodes.positions(raw, eeg, config.interpolation),
         borders(raw.annotations.onset, raw.annotations.description, raw.info["sfreq"]),
         frozenset(raw.info["bads"]),
     )
-
-
-def _centre(raw: mne.io.BaseRaw, positions: np.ndarray, method: str) -> np.ndarray:
-    """Return the centre of the head's sphere: MNE's for Perrin's splines, else that of the electrodes."""
-    import warnings
-
-    import mne
-    import numpy as np
-
-    from hrcneuro.eeg.interpolation import sphere_centre
-
-    if method == "perrin" and raw.info["dig"] is not None:
-        # MNE refuses a handful of points and warns of few or of an odd centre; the electrodes' own fit serves then.
-        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
-            try:
-                return np.asarray(mne.bem.fit_sphere_to_headshape(raw.info, units="m", verbose="error")[1])
-            except (ValueError, RuntimeError):
-                pass
-    return sphere_centre(positions[np.isfinite(positions).all(axis=1)])
 
 
 def _cures() -> Cures:

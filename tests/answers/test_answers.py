@@ -44,6 +44,26 @@ SUMMARIES = {
             "noisy all the time, and kept: C3 (deviation, correlation), FC5 (correlation)",
         ],
     ),
+    ("calibrate", "s01"): (
+        {
+            **{"channels": 30, "kept": 27, "sfreq": 500.0, "epoch_samples": 300, "trials": 640},
+            **{"dropped": {"amplitude": 4, "boundary": 1}, "matched": ["prev_error", "turn"]},
+            "problems": {
+                "RRvsRH": {
+                    **{**PROBLEM, "bacc_se": 2.0, "n1": 236, "n2": 153, "n_blocks": 6, "log_loss": 0.98, "stays": 51.2},
+                    "rules": {"stays": {"bacc": 50.0}, "prev_error": {"bacc": 70.8}, "turn": {"bacc": 88.7}},
+                    "strata": {"turn yes": 56.5, "turn no": None, "prev_error yes": 57.25},
+                }
+            },
+        },
+        [
+            "30 channels at 500 Hz, ready 600 ms after an onset; from 640 trials (dropped: amplitude 4, boundary 1), "
+            "within strata of prev_error and turn",
+            "RRvsRH  59.1 ± 3.9 %; takeovers 58.2 % of 153, others 60.0 % of 236; it says that the actor stays in",
+            "RRvsRH  the actor stays 50.0 %, after an error 70.8 %, before a turn 88.7 %",
+            "RRvsRH  prev_error yes 57.2 %, turn yes 56.5 %",
+        ],
+    ),
     ("epoch", "s01"): (
         {
             **{"counts": {"sC": {"HH": 9, "HR": 3}, "iC": {"HH": 23, "HR": 9}}, "total": {"HH": 32, "HR": 12}},
@@ -162,7 +182,7 @@ def test_the_short_form_leaves_rows_out_and_says_nothing_else(place):
     assert {line.split()[0] for line in short} <= {line.split()[0] for line in whole}
 
 
-@pytest.mark.parametrize("stage", ["acquire", "preprocess", "epoch", "decode", "robot"])
+@pytest.mark.parametrize("stage", ["acquire", "preprocess", "epoch", "decode", "robot", "calibrate"])
 def test_several_subjects_are_told_together(stage):
     summary, _ = SUMMARIES[stage, "s01"]
     told = answers.together(stage, {"s01": summary, "s02": summary})

@@ -44,7 +44,10 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
         (["epoch", "--set", "study.subjects="], ['study.subjects=["o\'brien", "s02"]']),
         (
             ["epoch", "--set", "study.stages="],
-            ['study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot"]'],
+            [
+                'study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot", '
+                '"calibrate"]'
+            ],
         ),
         (["epoch", "--set", "conditions."], ["conditions.go=", 'conditions."no go"=']),
         (["epoch", "--set", "conditions.g"], ["conditions.go="]),
