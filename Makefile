@@ -23,9 +23,11 @@ test: lint                    ## lint, types, import arrows, tests, and the smok
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
 
-chaos: $(VENV)/ready          ## kill -9 at many instants of a run; studies that share a cache, in any order; as long as one likes
+chaos: $(VENV)/ready          ## kill -9 at many instants of a run and of an experiment; studies that share a cache, in any order
 	$(BIN)/python tests/product/kill_many.py $(or $(KILLS),50)
 	$(BIN)/python tests/product/share_many.py $(or $(SCHEDULES),20)
+	$(BIN)/python tests/product/experiment_kills.py $(or $(KILLS),20)
+	$(BIN)/python tests/product/experiment_subjects.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

@@ -219,7 +219,8 @@ def main(path: str, out: Path) -> None:
     mne.set_log_level("error")
     out.mkdir(parents=True, exist_ok=True)
     real = sample(path)
-    trials = simulate_session(SessionParams(), rng=np.random.default_rng(1))
+    # Two seeds: both functions spawn their generators, and of one seed the first ones were the same.
+    trials = simulate_session(SessionParams(), rng=np.random.default_rng(2))
     made = generate(trials, params=SyntheticParams(), sfreq=real.sfreq, rng=np.random.default_rng(1))
     data, places = made.data_uv.astype(float), head().electrodes[: len(EEG)]
     ours = Recording("synthetic", data, real.sfreq, list(CH_NAMES), places, made.onset_samples)

@@ -14,7 +14,7 @@ from typing import Any
 
 from hrcneuro import interrupts
 from hrcneuro.answers.words import counted, roughly
-from hrcneuro.arms.cures import with_cure
+from hrcneuro.arms.cures import AGAIN, with_cure
 from hrcneuro.arms.machine import Machine
 from hrcneuro.arms.words import Words
 from hrcneuro.errors import HardwareError, HrcError, StageError, StageInterrupted
@@ -61,6 +61,7 @@ class Driven:
     recording: SessionRecording | None = None
     machine: Machine | None = None  # where the session runs in real time
     anew: str = _ANEW  # how to go on after an early end
+    again: str = AGAIN  # … and once the cause of a stop is mended
     problem: str = ""  # why the session was stopped …
     cure: str = ""  # … and what to do about it
     held_up: bool = False  # perhaps by other work of this machine
@@ -118,7 +119,7 @@ class Driven:
     def tell_stop(self, error: BaseException) -> None:
         """Say why the arm is stopped and what to do, and let nothing break the stop."""
         interrupts.hold()
-        reason = with_cure(error, may_be_patient=self.may_be_patient)
+        reason = with_cure(error, may_be_patient=self.may_be_patient, again=self.again)
         self.held_up = isinstance(error, ArmError) and error.cause in _OF_THE_MACHINE
         problem, cure = f"{type(error).__name__}: {error}", ""
         if isinstance(reason, HrcError):

@@ -9,30 +9,30 @@ from hrcneuro.robot.rehearsal import Foreseen
 from hrcneuro.robot.trajectory import NoPath
 from hrcneuro.robot.workspace import CellError, Flaw, WayError
 
-_AGAIN = "then start the session again with the episode it stopped in (robot.episodes)"
+AGAIN = "then start the session again with the episode it stopped in (robot.episodes)"
 
 _CAUSES = {
     Cause.EMERGENCY_STOP: (
-        f"see that the cell is safe, release the emergency stop and start the arm on its pendant, {_AGAIN}"
+        f"see that the cell is safe, release the emergency stop and start the arm on its pendant, {AGAIN}"
     ),
-    Cause.PROTECTIVE_STOP: f"find what it touched, free it, unlock the protective stop on the pendant, {_AGAIN}",
-    Cause.NOT_NORMAL: f"read the pendant, clear what it names, {_AGAIN}",
-    Cause.SAFETY_BITS: f"leave reduced or recovery mode and clear safeguard stops, {_AGAIN}",
-    Cause.PACKETS_LOST: f"check the cable and what else loads this machine, {_AGAIN}",
+    Cause.PROTECTIVE_STOP: f"find what it touched, free it, unlock the protective stop on the pendant, {AGAIN}",
+    Cause.NOT_NORMAL: f"read the pendant, clear what it names, {AGAIN}",
+    Cause.SAFETY_BITS: f"leave reduced or recovery mode and clear safeguard stops, {AGAIN}",
+    Cause.PACKETS_LOST: f"check the cable and what else loads this machine, {AGAIN}",
     # A CB3 has no remote control mode, unlike the e-Series: its pendant, or whoever sends a program, stops this one.
     Cause.PROGRAM: (
         "on the pendant close what message it shows, and leave its play, pause and stop alone; let no other program or "
-        f"client send to the robot, {_AGAIN}"
+        f"client send to the robot, {AGAIN}"
     ),
-    Cause.LATE: f"keep this machine awake and free of other work, and let nothing suspend the session, {_AGAIN}",
-    Cause.NOT_KEPT: f"free space where recordings lie (robot.rescue_folder), {_AGAIN}",
+    Cause.LATE: f"keep this machine awake and free of other work, and let nothing suspend the session, {AGAIN}",
+    Cause.NOT_KEPT: f"free space where recordings lie (robot.rescue_folder), {AGAIN}",
     Cause.ALONE: "see why the command that asked for the motions has ended, then start it again",
-    Cause.SLIDER: f"set it to 100 %, {_AGAIN}",
+    Cause.SLIDER: f"set it to 100 %, {AGAIN}",
     Cause.NO_NUMBER: "check robot.cell and the path that was asked for",
     Cause.OUT_OF_BOX: "check robot.cell and the path that was asked for",
     Cause.OFF_PATH: (
         "see that nothing holds the arm, that robot.lead_s (best left out: it is measured) and robot.gain suit it, and "
-        f"that nothing delays this machine, {_AGAIN}"
+        f"that nothing delays this machine, {AGAIN}"
     ),
     Cause.TIP_ASTRAY: "see that nothing holds the arm, and that robot.lead_s and robot.gain suit it",
     Cause.JOINT_ASTRAY: "see that nothing holds the arm",
@@ -68,17 +68,18 @@ _FORESEEN = {
 _PATIENCE = "or let the session bear packets that come late: --patient"
 
 
-def with_cure(error: BaseException, *, may_be_patient: bool = False) -> BaseException:
+def with_cure(error: BaseException, *, may_be_patient: bool = False, again: str = AGAIN) -> BaseException:
     """Return what the numbers of a session raise with what a person can do about it; any other error as it is.
 
     Args:
         error: What was raised.
         may_be_patient: Whether the session's own controller is driven, and could be driven on late packets.
+        again: How the session goes on once the cause is mended.
     """
     if isinstance(error, Foreseen):
         return ConfigError(error.problem, cure=_FORESEEN.get(error.cause, _FORESEEN[Cause.OFF_PATH]))
     if isinstance(error, ArmError):
-        cure = _CAUSES[error.cause]
+        cure = _CAUSES[error.cause].replace(AGAIN, again)
         if may_be_patient and error.cause is Cause.PACKETS_LOST:
             cure = f"{cure}; {_PATIENCE}"
         if isinstance(error, Stopped) and not error.rests:

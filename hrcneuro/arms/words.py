@@ -6,6 +6,7 @@ import contextlib
 import queue
 import sys
 import threading
+from collections.abc import Callable
 from types import TracebackType
 
 _LAST = 1.0  # s, for the last lines to come out
@@ -17,9 +18,9 @@ class Words:
     A context manager, so that what was said comes before what is said next.
     """
 
-    def __init__(self, subject: str) -> None:
-        """Begin each text with its ``subject``, as ``robot s01``."""
-        self._subject = subject
+    def __init__(self, subject: str, out: Callable[[str], object] | None = None) -> None:
+        """Begin each text with its ``subject``, as ``robot s01``; ``out`` takes the texts: none, standard error."""
+        self._subject, self._out = subject, out or on_stderr
         self._texts: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._print, name="words", daemon=True)
 
@@ -43,7 +44,12 @@ class Words:
 
     def _print(self) -> None:
         while (text := self._texts.get()) is not None:
-            # Nobody may be there to read: that is no reason to let go of an arm.
-            with contextlib.suppress(OSError, ValueError, AttributeError):
-                sys.stderr.write(text)
-                sys.stderr.flush()
+            self._out(text)
+
+
+def on_stderr(text: str) -> None:
+    """Write a text on standard error."""
+    # Nobody may be there to read: that is no reason to let go of an arm.
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        sys.stderr.write(text)
+        sys.stderr.flush()

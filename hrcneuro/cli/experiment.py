@@ -10,10 +10,12 @@ from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
 
+_ARMS = ("sim", "ursim", "ur", "ros", "none")
+
 
 @command(
     "Run the study with a person, or rehearse it with a simulated one.",
-    "experiment s01 --backend ursim --human simulated --no-screen --no-lsl",
+    "experiment s01 --backend ursim --human simulated --no-screen",
     "experiment s01 --human simulated --pace virtual",
     name="experiment",
 )
@@ -46,8 +48,14 @@ def experiment(
 ) -> int:
     """Run sessions; return the exit code."""
     from hrcneuro.cli import experimenting
+    from hrcneuro.errors import ConfigError, did_you_mean
 
     drawn = backend == "none"
+    if backend and backend not in _ARMS:
+        raise ConfigError(
+            f"--backend {backend!r}{did_you_mean(backend, _ARMS)}; allowed: {', '.join(_ARMS)}",
+            cure="choose one of them; none draws the tool on the grid",
+        )
     given = {
         "--backend": ["experiment.drawn_tool=true" if drawn else f"robot.backend={backend}"] if backend else [],
         "--host": [f"robot.host={host}"] if host else [],

@@ -8,10 +8,11 @@ import sys
 import termios
 import time
 import tty
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.answers.words import counted
 from hrcneuro.cli.console import Console
 from hrcneuro.experiment.ports import Order, Seen
 
@@ -55,8 +56,17 @@ class Desk:
                 termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
             self._before = None
         if self._live is not None:
-            self._live.stop()
+            with self._while_there():
+                self._live.stop()
             self._live = None
+
+    @contextlib.contextmanager
+    def _while_there(self) -> Iterator[None]:
+        """Write on the terminal as long as there is one: the session does not end with it before it is at rest."""
+        try:
+            yield
+        except OSError:
+            self._live = self._before = None
 
     @property
     def attended(self) -> bool:
@@ -73,7 +83,9 @@ class Desk:
 
         found: list[Order | str] = []
         while self.attended and select([sys.stdin.fileno()], [], [], 0)[0]:
-            pressed = os.read(sys.stdin.fileno(), 64).decode(errors="ignore")
+            pressed = ""
+            with contextlib.suppress(OSError):
+                pressed = os.read(sys.stdin.fileno(), 64).decode(errors="ignore")
             if not pressed:
                 # The terminal has gone.
                 self._before = None
@@ -111,10 +123,11 @@ class Desk:
 
     def say(self, text: str) -> None:
         """Say something at once."""
-        if self._live is not None:
-            self._live.console.print(text, style="bold", highlight=False, markup=False)
-        else:
-            self._talk.say(text)
+        with self._while_there():
+            if self._live is not None:
+                self._live.console.print(text, style="bold", highlight=False, markup=False)
+            else:
+                self._talk.say(text)
 
     def show(self, seen: Seen, now: float) -> None:
         """Draw the table where the time has come; say what is wrong when it becomes so."""
@@ -126,33 +139,48 @@ class Desk:
         if self._live is None or now - self._drawn < _EVERY_S:
             return
         self._drawn = now
-        self._live.update(self._table(seen), refresh=True)
+        with self._while_there():
+            self._live.update(self._table(seen), refresh=True)
 
     def _table(self, seen: Seen) -> RenderableType:
+        from rich.console import Group
         from rich.table import Table
         from rich.text import Text
 
         grid = Table.grid(padding=(0, 2))
-        grid.add_row(Text(_where(seen, self._n_blocks), style="bold"), Text(seen.phase))
         ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
-        grid.add_row(Text("keys"), Text(f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else "")))
-        grid.add_row(Text("markers"), Text(f"{seen.markers} sent"))
+        grid.add_row("keys", f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else ""))
+        grid.add_row("markers", f"{seen.markers} sent")
         if seen.health is not None:
             arm = seen.health
-            late = f", {arm.late_packets} packets borne late" if arm.late_packets else ""
+            late = f", {counted(arm.late_packets, 'packet')} borne late" if arm.late_packets else ""
             text = (
                 f"packets {1e3 * arm.packet_age:.0f} ms old at most, {1e3 * arm.path_error:.1f} mm off its path{late}"
             )
-            grid.add_row(Text("arm"), Text(text))
+            grid.add_row("arm", text)
         if seen.stops:
-            grid.add_row(Text("stops"), Text(f"the arm was stopped {seen.stops} times", style="red"))
+            grid.add_row("stops", Text(f"the arm was stopped {counted(seen.stops, 'time')}", style="red"))
         for turn in seen.moves:
-            grid.add_row(Text(f"move {turn.go.index + 1}"), _move(turn))
+            grid.add_row(f"move {turn.go.index + 1}", _move(turn))
         if seen.trouble:
-            grid.add_row(Text("!", style="bold red"), Text(seen.trouble, style="bold red"))
-        foot = _HELP if self._remark is None else f"remark (Enter keeps it, Esc drops it): {self._remark}_"
-        grid.add_row(Text(""), Text(foot, style="dim" if self._remark is None else "bold"))
-        return grid
+            grid.add_row(Text("wrong", style="bold red"), Text(seen.trouble, style="bold red"))
+        if seen.trouble and seen.cure:
+            grid.add_row(Text("cure", style="bold"), seen.cure)
+        head = Text.assemble((_where(seen, self._n_blocks), "bold"), ": ", seen.phase)
+        if seen.asked:
+            head.append(f"; {seen.asked}", style="yellow")
+        return Group(head, grid, self._foot())
+
+    def _foot(self) -> RenderableType:
+        from rich.text import Text
+
+        if self._remark is not None:
+            return Text(f"remark (Enter keeps it, Esc drops it): {self._remark}_", style="bold")
+        if not self.attended:
+            return Text("no keys are taken here: this terminal is not the keyboard's", style="dim")
+        if time.monotonic() - self._quit < _TWICE_S:
+            return Text("q once more ends the session", style="bold yellow")
+        return Text(_HELP, style="dim")
 
 
 def _where(seen: Seen, n_blocks: int) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from hrcneuro import interrupts
 from hrcneuro.answers.words import counted
 from hrcneuro.cli import bring
 from hrcneuro.cli.experiment_desk import Desk
@@ -47,6 +48,8 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
         code = max(code, _code(seen))
         if not options.json:
             bring.console(options).results(lines(setup, seen))
+        if seen.interrupted:
+            break
     if options.json:
         print(json.dumps({"command": "experiment", "ok": code == 0, "sessions": sessions}, indent=1))
     elif options.dry_run:
@@ -103,7 +106,9 @@ def _would(setup: Setup, resume: bool) -> dict[str, Any]:
 def _code(seen: Seen) -> int:
     if seen.whole:
         return 0
-    return _STOPPED if seen.trouble and seen.stops else _EARLY
+    if seen.interrupted:
+        return interrupts.told()[0]
+    return _STOPPED if seen.hardware else _EARLY
 
 
 def told(setup: Setup, seen: Seen) -> dict[str, Any]:

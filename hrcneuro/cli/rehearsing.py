@@ -11,7 +11,7 @@ from typing import Any
 from hrcneuro.cli import bring, experimenting, recording, results, timing_of
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.errors import ConfigError, HardwareError, StageInterrupted, did_you_mean
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
@@ -54,7 +54,17 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
         from hrcneuro.cli.rehearsing_real import real
 
         seen = real(options, study, subject, folder, given)
+    if not seen.whole:
+        raise _broken_off(seen, folder)
     return _told(options, subject, folder, seen)
+
+
+def _broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:
+    kept = f"what was recorded until then is in {folder}"
+    cure = "rehearse again: the same command, which begins in a new folder"
+    if seen.interrupted:
+        return StageInterrupted(f"interrupted; {kept}", cure=cure)
+    return HardwareError(f"the session was broken off: {seen.trouble}; {kept}", cure=seen.cure or cure)
 
 
 def _parent(options: Options, subject: str) -> Path:

@@ -24,6 +24,8 @@ KnownPeers = {{127.0.0.1}}
 SessionID = {session}
 [multicast]
 ResolveScope = machine
+[log]
+level = -2
 """
 """A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
 

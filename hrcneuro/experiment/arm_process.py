@@ -12,15 +12,17 @@ import queue
 import signal
 import threading
 from collections import deque
+from collections.abc import Callable
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
 from hrcneuro import interrupts
 from hrcneuro.arms.clock import WallClock, seconds
+from hrcneuro.arms.words import on_stderr
 from hrcneuro.experiment import arm_side
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_side import ArmSettings
-from hrcneuro.experiment.messages import Ended, Halted, Health, Report, Request
+from hrcneuro.experiment.messages import Ended, Halted, Health, Report, Request, Said
 
 _WAITING = 200  # reports that nobody has taken; beyond it, what tells of the arm's health is left out
 _LAST_S = 2.0  # for the last reports to be taken
@@ -36,15 +38,16 @@ class ArmProcess:
         connection: Becomes readable with the next report, for :func:`multiprocessing.connection.wait`.
     """
 
-    def __init__(self, settings: ArmSettings, ahead: Ahead) -> None:
+    def __init__(self, settings: ArmSettings, ahead: Ahead, *, say: Callable[[str], object] = on_stderr) -> None:
         """Start it; the first report is ``Ready``, after some seconds, or ``Halted``.
 
         Args:
             settings: Which arm, and how.
             ahead: Checks every request before it is sent.
+            say: Takes what the experimenter should read, as reports are taken.
         """
         ahead.restart()
-        self._ahead = ahead
+        self._ahead, self._say = ahead, say
         self._over = False
         context = multiprocessing.get_context("spawn")
         requests, self._requests = context.Pipe(duplex=False)
@@ -93,6 +96,9 @@ class ArmProcess:
         try:
             while not self._over and self.connection.poll():
                 report = self.connection.recv()
+                if isinstance(report, Said):
+                    self._say(report.text)
+                    continue
                 found.append(report)
                 self._over = isinstance(report, Ended | Halted)
         except (EOFError, OSError):
@@ -113,14 +119,20 @@ class ArmProcess:
         until = seconds() + _KEEPS_S
         while self._process.is_alive() and seconds() < until:
             # What nobody takes would hold up the last report.
-            with contextlib.suppress(EOFError, OSError):
-                while self.connection.poll():
-                    self.connection.recv()
+            self._take_words()
             self._process.join(0.05)
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
+        self._take_words()
         self.connection.close()
+
+    def _take_words(self) -> None:
+        """Say what is left to be said; what else was reported comes too late."""
+        with contextlib.suppress(EOFError, OSError):
+            while self.connection.poll():
+                if isinstance(report := self.connection.recv(), Said):
+                    self._say(report.text)
 
 
 def _main(settings: ArmSettings, requests: Connection, reports: Connection) -> None:
@@ -130,7 +142,7 @@ def _main(settings: ArmSettings, requests: Connection, reports: Connection) -> N
     inbox, outbox = _Inbox(requests), _Outbox(reports)
     with contextlib.suppress(KeyboardInterrupt), interrupts.whole():
         interrupts.once(lambda: None)
-        arm_side.run(settings, outbox.put, inbox.take, gone=lambda: inbox.gone)
+        arm_side.run(settings, outbox.put, inbox.take, gone=lambda: inbox.gone, say=outbox.say)
     outbox.end()
 
 
@@ -162,7 +174,7 @@ class _Outbox:
 
     def __init__(self, reports: Connection) -> None:
         self._reports = reports
-        self._waiting: queue.SimpleQueue[Report | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[Report | Said | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="reports", daemon=True)
         self._thread.start()
 
@@ -171,6 +183,10 @@ class _Outbox:
         if not isinstance(report, Health) or self._waiting.qsize() < _WAITING:
             self._waiting.put(report)
 
+    def say(self, text: str) -> None:
+        """Let something be said; return at once."""
+        self._waiting.put(Said(text))
+
     def end(self) -> None:
         """Wait for the last report to be sent, but not for ever."""
         self._waiting.put(None)
@@ -178,6 +194,10 @@ class _Outbox:
 
     def _write(self) -> None:
         WallClock().raise_priority()
-        with contextlib.suppress(OSError):
-            while (report := self._waiting.get()) is not None:
+        while (report := self._waiting.get()) is not None:
+            try:
                 self._reports.send(report)
+            except OSError:
+                # Nobody is left on the other side; whoever sits at the terminal must know of the arm all the same.
+                if isinstance(report, Said):
+                    on_stderr(report.text)

@@ -36,6 +36,7 @@ Send = Callable[[Report], None]
 Ask = Callable[[float], Request | None]
 
 _HEALTH_S = 0.25
+_AGAIN = "then let the session go on"
 _ANEW = "start the experiment again with --resume: it goes on at the next block"
 
 
@@ -65,6 +66,7 @@ def run(
     *,
     ahead: Ahead | None = None,
     gone: Callable[[], str] = str,
+    say: Callable[[str], object] | None = None,
 ) -> None:
     """Drive the arm until it is asked to finish, or must be stopped; the last report says which.
 
@@ -76,11 +78,12 @@ def run(
         ask: Returns the next request, or none yet; called in every cycle with its time, seconds; it must not wait.
         ahead: Checks every request before the arm is asked; none where that is done elsewhere.
         gone: Says why nobody asks any more; an empty text while somebody does. Then the arm is stopped.
+        say: Takes what the experimenter should read; none: it goes to standard error.
 
     Raises:
         KeyboardInterrupt: As it came, once the arm rests and what it did is kept.
     """
-    with Words(f"experiment {settings.subject}") as words:
+    with Words(f"experiment {settings.subject}", say) as words:
         try:
             side = _Side(settings, words, send, ask, ahead=ahead, gone=gone)
         except Exception as error:
@@ -113,7 +116,7 @@ class _Side:
         workspace = ahead.workspace if ahead is not None else Workspace(config.cell)
         self._driven = Driven(
             settings.subject, self._moves, workspace, nan, Path(config.rescue_folder), words,
-            may_be_patient=self._patience, anew=_ANEW,
+            may_be_patient=self._patience, anew=_ANEW, again=_AGAIN,
         )  # fmt: skip
         self._waiting: deque[Request] = deque()
         self._first = True  # the next move follows an approach, or nothing
@@ -133,7 +136,7 @@ class _Side:
                 driven.begin_open_recording(self._settings.expected_s, about=self._settings.about)
             self._drive()
         except BaseException as error:
-            reason = driven.stopped(with_cure(error, may_be_patient=self._patience))
+            reason = driven.stopped(with_cure(error, may_be_patient=self._patience, again=_AGAIN))
             if not self._halted:
                 self._send(_halted(reason, rests=True))
             if isinstance(error, Exception):

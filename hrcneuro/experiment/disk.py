@@ -99,12 +99,11 @@ def sync_path(path: Path) -> None:
 class Waiter:
     """A thread that does what takes long, the newest of each kind; without a thread it is done at once.
 
-    Attributes:
-        fault: What went wrong since it was last asked for.
+    What went wrong is told by :meth:`take_fault`, unless the same was asked for again since: then that tells.
     """
 
     def __init__(self, *, thread: bool) -> None:
-        self.fault: Exception | None = None
+        self._faults: dict[str, Exception] = {}
         self._jobs: dict[str, Callable[[], object]] = {}
         self._changed = threading.Condition()
         self._ended = False
@@ -122,13 +121,16 @@ class Waiter:
             job()
             return
         with self._changed:
+            self._faults.pop(kind, None)
             self._jobs[kind] = job
             self._changed.notify()
 
     def take_fault(self) -> Exception | None:
         """Return what went wrong since this was last asked; None where nothing did."""
-        fault, self.fault = self.fault, None
-        return fault
+        with self._changed:
+            faults = [*self._faults.values()]
+            self._faults.clear()
+        return faults[0] if faults else None
 
     def end(self) -> None:
         """Do all that waits, and end."""
@@ -144,9 +146,11 @@ class Waiter:
                 self._changed.wait_for(lambda: self._jobs or self._ended)
                 if not self._jobs:
                     return
-                job = self._jobs.pop(next(iter(self._jobs)))
+                kind = next(iter(self._jobs))
+                job = self._jobs.pop(kind)
             try:
                 job()
             except Exception as error:
                 # Whoever writes next is told; what comes until then must still come to the disk.
-                self.fault = error
+                with self._changed:
+                    self._faults[kind] = error

@@ -47,6 +47,9 @@ class FlowLog:
 
     def event(self, kind: str, when: float, **about: Any) -> None:
         """Something else happened."""
+        if kind == "goes on":
+            # What could not be written before is no news where it can be now.
+            self._try(self._log.flush_table)
         if kind == "remark":
             self._try(lambda: self._log.note(about["text"], when))
         else:

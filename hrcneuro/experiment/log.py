@@ -278,9 +278,9 @@ class Log:
             StageError: The disk has no room, or is broken.
         """
         self._attempt(self._write)
+        self._raise_fault()
         if self._real_time:
             self._waiter.do("sync", self._sync)
-        self._raise_fault()
 
     def _write(self) -> None:
         self._journal.write()

@@ -136,6 +136,13 @@ class Ended:
     when: float
 
 
+@dataclass(frozen=True)
+class Said:
+    """What the arm's side tells the experimenter, a line or two; the flow does not hear it."""
+
+    text: str
+
+
 Report = Ready | Arrived | Onset | InRadius | Executed | Health | Halted | Ended
 
 # --- to the window ----------------------------------------------------------------------------------------------------

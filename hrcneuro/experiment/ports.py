@@ -51,6 +51,7 @@ class Pacing:
         break_s: A simulated person's break between blocks, likewise.
         show_turn: Whose turn it is is shown.
         draw_tool: The tool is drawn.
+        marks: Markers go out.
     """
 
     path_after_s: float = 0.3
@@ -58,6 +59,7 @@ class Pacing:
     break_s: float = 8.0
     show_turn: bool = False
     draw_tool: bool = True
+    marks: bool = True
 
 
 @dataclass
@@ -65,6 +67,7 @@ class Seen:
     """What the experimenter sees of a session."""
 
     phase: str = "the arm comes to its place"
+    asked: str = ""  # by the experimenter, and not come to pass yet
     block: DrawnBlock | None = None
     episode: int = 0
     blocks_done: int = 0
@@ -75,5 +78,7 @@ class Seen:
     health: Health | None = None
     trouble: str = ""
     cure: str = ""
+    hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0
     whole: bool = False  # every block was done to its end
+    interrupted: bool = False  # a signal asked for the end

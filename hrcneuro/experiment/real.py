@@ -97,7 +97,7 @@ class RealTime:
         return self._flow.seen
 
     def _go_on(self) -> None:
-        ended = False
+        ended, seen = False, self._flow.seen
         while not self._flow.over:
             wait(self._sources(), timeout=self._patience())
             now = seconds()
@@ -110,14 +110,14 @@ class RealTime:
                 else:
                     self._flow.remark(asked, now)
             if interrupts.asked() and not ended:
-                ended = True
+                ended = seen.interrupted = True
                 self._flow.end(now, "interrupted")
-            if self._flow.seen.trouble and not self._desk.attended and not ended:
+            if seen.trouble and not self._desk.attended and not ended:
                 ended = True
                 self._flow.end(now, "trouble, and nobody at the terminal")
             self._flow.tick(now)
             self._look(now)
-            self._desk.show(self._flow.seen, now)
+            self._desk.show(seen, now)
 
     def _sources(self) -> list[Any]:
         arm = [self._arm.connection] if self._arm is not None and not self._arm.over else []
@@ -131,8 +131,9 @@ class RealTime:
     def _take_events(self, now: float) -> None:
         for event in self._window.events() if self._window is not None else ():
             if isinstance(event, m.Closed):
+                seen = self._flow.seen
                 if event.problem:
-                    self._desk.say(f"{event.problem}; {event.cure}")
+                    seen.trouble, seen.cure, seen.hardware = event.problem, event.cure, True
                 self._window = None
                 self._flow.end(now, event.problem or "the window was closed")
             elif isinstance(event, m.Key):
@@ -148,6 +149,7 @@ class RealTime:
         self._looked = now
         trouble = self._recorder.look()
         if trouble and trouble != self._trouble:
+            self._flow.seen.hardware = True
             self._flow.trouble(trouble, "see what 'hrcneuro record' says; go on once the stream is back")
         self._trouble = trouble
 
@@ -166,7 +168,7 @@ class RealTime:
 
     def _restart(self) -> None:
         self._close_arm()
-        self._arm = ArmProcess(self._arm_settings, self._ahead)
+        self._arm = ArmProcess(self._arm_settings, self._ahead, say=lambda text: self._desk.say(text.rstrip()))
 
     def _close_arm(self) -> None:
         arm, self._arm = self._arm, None

@@ -152,6 +152,8 @@ def _pacing(setup: Setup) -> Pacing:
         break_s=options.break_s,
         show_turn=options.window.show_turn,
         draw_tool=setup.draws_tool,
+        # At virtual pace only a rehearsal's parts are there to hear them.
+        marks=setup.options.markers == "lsl" and (setup.real_time or setup.options.truth),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
+from hrcneuro import interrupts
 from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.experiment import arm_side, session
 from hrcneuro.experiment import messages as m
@@ -43,11 +44,20 @@ class Virtual:
         self._running: session.Running
 
     def run(self, *, resume: bool = False) -> Seen:
-        """Run it to its end; return what was seen of it.
+        """Run it to its end, or, where a signal asks for that, to the next rest; return what was seen of it.
 
         Raises:
             HardwareError: The arm was stopped.
         """
+        with interrupts.whole():
+            # Nothing is cut in two: no line of the log, and no move.
+            interrupts.once(lambda: None)
+            interrupts.hold()
+            seen = self._run(resume)
+            interrupts.forget()
+        return seen
+
+    def _run(self, resume: bool) -> Seen:
         setup = self._setup
         with session.opened(
             setup, resume=resume, now=lambda: self._now, arm=self._send, restart=self._refuse, show=lambda scene: None
@@ -73,7 +83,11 @@ class Virtual:
         self._now = now
         if not self._requests:
             self._around(now)
-            self._running.flow.tick(now)
+            flow = self._running.flow
+            if interrupts.asked() and not flow.seen.interrupted:
+                flow.seen.interrupted = True
+                flow.end(now, "interrupted")
+            flow.tick(now)
         return self._requests.popleft() if self._requests else None
 
     def _refuse(self) -> None:

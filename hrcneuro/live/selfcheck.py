@@ -21,6 +21,7 @@ from hrcneuro.live import journal
 from hrcneuro.live.part import number_of
 from hrcneuro.live.recorder import OWN
 from hrcneuro.live.watch import StreamWatch
+from hrcneuro.paradigm import markers
 
 _RATE = 0.005  # by this share a clock does not run wrong: samples are lost
 _LATE_S = 3.0
@@ -87,6 +88,8 @@ def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) ->
     watch.learn(stamps)
     holes, missing = _holes(watch, stamps)
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
+    if not sfreq and len(stamps) and markers.is_end(str(stream["time_series"][-1][0])):
+        about = {**about, "gone": False}  # it said so
     flaws = list(_flaws(about, stamps, sfreq, rate))
     return Checked(
         part=number,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hrcneuro.paradigm.design import MOVE
 
+_END = "end"
 _NUMBERS = ("block", "episode", "trial")
 
 
@@ -44,6 +45,16 @@ def of_error(subject: str, *, scenario: str, block: int, episode: int, trial: in
 def of_key(subject: str, direction: str, ignored: str = "") -> str:
     """Return the marker of a key; ``ignored`` says why it does not count."""
     return f"key/subject={subject}/direction={direction}/" + (f"ignored={ignored}" if ignored else "accepted")
+
+
+def of_end(subject: str) -> str:
+    """Return the marker after which none comes any more: the session has ended."""
+    return f"{_END}/subject={subject}"
+
+
+def is_end(text: str) -> bool:
+    """Return whether a marker tells that none comes any more."""
+    return text.partition("/")[0] == _END
 
 
 def _tagged(head: str, subject: str, practice: bool, **tags: str | int) -> str:

@@ -12,15 +12,21 @@ from hrcneuro.eeg.synthetic.head import CH_NAMES, EEG, head
 from hrcneuro.paradigm.session import SessionParams, simulate_session
 
 SFREQ = 128.0
+LEAST = 3  # channels of a kind, below which a share says nothing
 FRONTAL = ("Fp1", "Fp2", "F3", "F4", "F7", "F8", "Fz")
 
 
 @pytest.fixture(scope="module")
 def cleaned():
-    """Eight subjects of half the study's length: truth, result, and energies around blinks at sound channels."""
+    """Subjects of half the study's length: truth, result, and energies around blinks at sound channels.
+
+    Eight, or as many as it takes until three channels are noisy throughout: one in two subjects has one.
+    """
     found = []
     places = head().electrodes[: len(EEG)]
-    for seed in range(8):
+    for seed in range(24):
+        if seed >= 8 and sum(len(bad[~bad["intermittent"]]) for bad, _, _ in found) >= LEAST:
+            break
         rng = np.random.default_rng([3, seed])
         trials = simulate_session(SessionParams(practice_episodes=1, blocks=6), rng=rng)
         made = generate(trials, params=SyntheticParams(), sfreq=SFREQ, rng=rng)
@@ -47,7 +53,7 @@ def share_found(cleaned, *, intermittent):
     for bad, result, _ in cleaned:
         rejected = {name for name, reason in zip(EEG, result.reason, strict=True) if reason == "kurtosis"}
         hits += [name in rejected for name in bad.loc[bad["intermittent"] == intermittent, "channel"]]
-    assert len(hits) >= 3
+    assert len(hits) >= LEAST
     return np.mean(hits)
 
 

@@ -212,3 +212,66 @@ def test_a_simulated_amplifier_is_told_of_each_move_before_it_begins():
         assert row["onset_s"] - at >= 0.3
         if move["actor"] == "human":
             assert move["key_s"] == pytest.approx(row["onset_s"], abs=1e-6)
+
+
+@pytest.mark.parametrize("moves", [0, 1, 5, 9, 14])
+@pytest.mark.parametrize("ends", [False, True])
+def test_an_arm_that_is_lost_in_a_pause_changes_nothing_but_times(moves, ends):
+    """Also where the pause came with the last move of an episode."""
+    lab = Lab(SMALL)
+    lab.run(lambda lab: len(lab.log.rows) >= moves and begun(lab) and (not ends or lab.turns.episode.over))
+    lab.flow.pause(lab.now, "")
+    lab.run()
+    assert lab.scenes[-1].title == "Pause"
+    lab.halt()
+    lab.run()
+    assert lab.scenes[-1].title == "Stopped"
+    lab.flow.order(Order.GO_ON, lab.now)
+    lab.run()
+    assert lab.flow.seen.whole
+    same(rows(lab), expected())
+
+
+def test_a_session_that_ends_with_a_block_has_done_that_block():
+    lab = Lab(SMALL)
+    lab.run(lambda lab: begun(lab) and lab.turns.done and lab.turns.released)
+    lab.flow.end(lab.now, "somebody ended it")
+    lab.run()
+    assert lab.flow.over
+    assert lab.flow.seen.blocks_done == 1
+
+
+@pytest.mark.parametrize("kind", ["block", "episode", "move", "key", "goes on"])
+@pytest.mark.parametrize("which", [0, 1, 3])
+def test_what_cannot_be_written_pauses_at_rest_and_changes_nothing_but_times(kind, which):
+    """The log complains in the midst of what the flow is doing: that is done first."""
+    lab = Lab(SMALL)
+    count = itertools.count()
+    for name in ("block", "episode", "move", "key", "event"):
+        complain_in(lab, name, lambda about, n=name: (about[0] if n == "event" else n) == kind and next(count) == which)
+    if kind == "goes on":
+        lab.flow.pause(lab.now, "")
+    pauses = 0
+    while not lab.flow.over:
+        lab.run()
+        if not lab.flow.over:
+            assert lab.scenes[-1].title == "Pause"
+            assert not lab.turns.released if begun(lab) else True
+            pauses += 1
+            assert pauses < 4
+            lab.flow.order(Order.GO_ON, lab.now)
+    assert lab.flow.seen.whole
+    assert pauses or which
+    same(rows(lab), expected())
+
+
+def complain_in(lab, name, when):
+    """Let the log complain in one of its methods, once it has written, where ``when`` says so."""
+    write = getattr(lab.log, name)
+
+    def writes(*about, **more):
+        write(*about, **more)
+        if when(about):
+            lab.flow.trouble("the disk is full", "free space")
+
+    setattr(lab.log, name, writes)

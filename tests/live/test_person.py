@@ -109,11 +109,12 @@ def test_nothing_but_the_amplifier_reads_the_truth():
     """A robot that could would need no decoder."""
     root = Path(hrcneuro.__file__).parent
     files = [path for path in root.rglob("*.py") if re.search("TRUTH|[a-z]-truth", path.read_text())]
-    # The recorder and its preflight name it to leave it out; who simulates a person writes it.
+    # The preflight names it to leave it out; who simulates a person writes it, and listening takes it to the amplifier.
     assert {path.relative_to(root).as_posix() for path in files} == {
         "live/transport.py",
         "live/person.py",
         "live/preflight.py",
         "live/onsets.py",
-        "cli/amplifying.py",
+        "live/listening.py",
+        "experiment/rehearsal.py",
     }

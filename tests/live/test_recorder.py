@@ -237,6 +237,18 @@ def test_an_amplifier_that_ends_for_good_is_not_whole(house):
     assert "ended before" in checked(house)["eeg"].flaws[0]
 
 
+@pytest.mark.parametrize("text", ["end/subject=s01", "move/trial=1"])
+def test_markers_that_end_are_whole_where_they_said_that_none_comes_any_more(house, text):
+    house.begin()
+    house.go_on(1)
+    house.markers.push([house.network.now], [[text]])
+    house.go_on(1)
+    house.network.outlets.remove(house.markers)
+    house.go_on(4)
+    house.session.close()
+    assert checked(house)["markers"].whole == text.startswith("end")
+
+
 def test_eeg_that_is_silent_at_the_beginning_or_the_end_is_not_whole(house):
     house.begin()
     house.network.on_wait.remove(house.amplifier)

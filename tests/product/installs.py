@@ -2,7 +2,7 @@
 
     python tests/product/installs.py                             # pip, pipx, uv and the lowest versions, as a table
     python tests/product/installs.py --way lowest                # the oldest libraries that pyproject.toml allows
-    python tests/product/installs.py --way pip --python python3.13 --extras xdf,export,bids,decoders,lsl
+    python tests/product/installs.py --way pip --python python3.13 --extras xdf,export,bids,decoders,lsl,experiment
 
 Each way gets an empty folder, runs the smoke study there, and again (nothing may be computed), and where the extras are
 installed exports it in both ways. Exit code 1 where something of that fails. No part of the test suite, which has no
@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 from tiny_study import ROOT
 from wheel import copy_source
 
-EXTRAS = "xdf,export,bids,decoders,lsl,ur"
+EXTRAS = "xdf,export,bids,decoders,lsl,experiment,ur"
 
 
 class NotInstalled(Exception):

@@ -169,8 +169,34 @@ def full_disk(lab: Lab) -> Iterator[Row]:
         subprocess.run(["umount", str(place)], check=False)
 
 
+def experiment(lab: Lab) -> Iterator[Row]:
+    """An experiment beside a recorder that loses its EEG pauses; with nobody at the terminal it ends, and goes on."""
+    words = ["--backend", "none", "--human", "simulated", "--no-screen", *EEG_ONLY]
+    with lab.amplifier() as amp:
+        recorder = lab.start("record", "s01", *EEG_ONLY)
+        _until(lambda: bool(lab.parts()))
+        run = lab.start("experiment", "s01", *words)
+        log = lab.folder / "recordings" / "s01" / "experiment.jsonl"
+        _until(lambda: run.poll() is not None or (log.exists() and '"kind":"move"' in log.read_text()))
+        amp.kill()
+        _, said = run.communicate(timeout=60)
+        recorder.send_signal(signal.SIGINT)
+        recorder.communicate(timeout=60)
+    yield "a lost stream ends it with exit code 4", run.returncode == 4, said[-200:]
+    yield "it says which", "the recorder has lost eeg" in said, said[-200:]
+    kinds = [json.loads(line)["kind"] for line in log.read_text().splitlines()]
+    yield "the log tells of the pause, and was closed", "pause" in kinds and kinds[-1] == "end", str(kinds[-5:])
+
+
+def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "it did not come to pass"
+        time.sleep(0.05)
+
+
 RUNS: dict[str, Callable[[Lab], Iterator[Row]]] = {
-    one.__name__: one for one in (replay, amplifier_dies, full_disk, foreign, kills, load)
+    one.__name__: one for one in (replay, amplifier_dies, experiment, full_disk, foreign, kills, load)
 }
 
 

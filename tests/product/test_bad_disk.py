@@ -1,30 +1,17 @@
 """A cache that is read-only, full or damaged, and pointers that are garbage."""
 
-import contextlib
 import json
 import shutil
 import subprocess
 
 import pytest
+from disks import mounted
 from tiny_study import half_written
 
 SIMULATE = (
     *("simulate", "--no-figures", "--executor", "serial"),
     *("--set", "simulate.repetitions=2", "--set", "simulate.episodes=20"),
 )
-
-
-@contextlib.contextmanager
-def mounted(folder, options):
-    """A small file system of its own, where this process may mount one."""
-    folder.mkdir(parents=True, exist_ok=True)
-    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-    if not shutil.which("mount") or subprocess.run(command, capture_output=True, check=False).returncode:
-        pytest.skip("mounting needs rights that this process does not have")
-    try:
-        yield folder
-    finally:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
 @pytest.fixture(scope="module")

@@ -46,15 +46,16 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
     assert done.code == 0
     found = examples(done.out)
     assert len(found) == 2
-    # It needs nothing of the study, whose sweep is the one that was asked for last.
-    work = tmp_path / "study" if words == ["simulate"] else smoke
+    # They need nothing of the study, whose sweep is the one that was asked for last, and which has no session.
+    work = tmp_path / "study" if words[0] in ("simulate", "experiment", "rehearse") else smoke
     for example in found:
         arguments = shlex.split(example)
         given = [] if words == ["run"] or "--config" in arguments else ["--config", "smoke"]
         if arguments[:1] == ["run"] and len(arguments) == 1:
             given = ["--dry-run"]
-        if "ursim" in arguments:
-            # In real time, and on a machine that runs other tests: test_ur10_drivers.py drives it.
+        if "ursim" in arguments or words == ["rehearse"]:
+            # In real time, and on a machine that runs other tests: test_ur10_drivers.py drives it. test_rehearse.py
+            # rehearses at small size.
             given.append("--dry-run")
         if words == ["simulate"]:
             # Long ones, whatever the study; what comes out of a sweep is tested in test_sweep_result.py.

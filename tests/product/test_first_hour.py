@@ -22,6 +22,8 @@ ELSEWHERE = {
     **dict.fromkeys(
         ("hrcneuro amp", "hrcneuro record", "hrcneuro timing"), "in real time, and in terminals of their own"
     ),
+    "hrcneuro experiment": "needs a person at a window",
+    "hrcneuro rehearse": "a whole session; test_rehearse.py rehearses a small one",
 }
 
 
