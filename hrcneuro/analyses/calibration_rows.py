@@ -29,12 +29,14 @@ class Rows:
 
     Attributes:
         min_stratum: Trials a class below which a stratum is not scored.
+        matched: Cues within whose strata both classes trained with equally many trials.
         scores, blocks, strata, baselines: Rows of the tables of these names.
         trials, patterns: Frames of rows, one a problem.
         warnings: What the user must know, a sentence each.
     """
 
     min_stratum: int
+    matched: tuple[str, ...] = ()
     scores: list[dict[str, Any]] = field(default_factory=list)
     blocks: list[dict[str, Any]] = field(default_factory=list)
     strata: list[dict[str, Any]] = field(default_factory=list)
@@ -108,6 +110,7 @@ class Rows:
             "sfreq": decoder.sfreq,
             "epoch_samples": decoder.n_times,
             "trials": len(seen.table),
+            "matched": list(self.matched),
             "dropped": seen.reasons,
         } | ({"warnings": self.warnings} if self.warnings else {})
 

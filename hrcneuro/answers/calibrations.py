@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hrcneuro.answers.words import counted, counts, indented, natural, number, percent, spread
+from hrcneuro.answers.words import counted, counts, indented, listed, natural, number, percent, spread
 
 Summary = Mapping[str, Any]
 _RULES = {"stays": "the actor stays", "prev_error": "after an error", "turn": "before a turn"}
@@ -16,7 +16,7 @@ def subject(summary: Summary) -> list[str]:
     lines = [
         f"a decoder for {summary['channels']} channels at {summary['sfreq']:g} Hz, ready "
         f"{number(1000 * summary['epoch_samples'] / summary['sfreq'], 0)} ms after an onset; from "
-        f"{counted(summary['trials'], 'trial')}{_dropped(summary)}",
+        f"{counted(summary['trials'], 'trial')}{_dropped(summary)}{_matched(summary)}",
         "balanced accuracy on blocks that it has not seen ± half its 95 % interval:",
         *indented([(name, _scored(one)) for name, one in _each(summary)]),
         "balanced accuracy without EEG:",
@@ -58,6 +58,10 @@ def _rules(one: Summary) -> str:
 def _strata(one: Summary) -> str:
     found = {name: value for name, value in one["strata"].items() if value is not None}
     return ", ".join(f"{name} {percent(found[name])}" for name in sorted(found))
+
+
+def _matched(summary: Summary) -> str:
+    return f", within strata of {listed(summary['matched'])}" if summary["matched"] else ""
 
 
 def _dropped(summary: Summary) -> str:

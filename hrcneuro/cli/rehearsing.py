@@ -44,7 +44,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
         cure="free space, or rehearse elsewhere: --workdir",
     )  # fmt: skip
     folder = new_folder(_parent(options, subject))
-    given |= {"--workdir": [f"{key}={folder / 'recordings'}" for key in ("record.folder", "robot.rescue_folder")]}
+    given |= _placed(study, folder)
     study = bring.settings(options, others=given)
     talk = bring.console(options)
     talk.say(f"rehearsing {subject} at {pace} pace in {folder}")
@@ -57,6 +57,14 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     if not seen.whole:
         raise _broken_off(seen, folder)
     return _told(options, subject, folder, seen)
+
+
+def _placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
+    """Return where a rehearsal is recorded, and at which rate: the study's own, whatever is declared of a laboratory."""
+    rate, streams = study.sections["acquire"].sfreq, study.live["record"].streams
+    places = [f"{key}={folder / 'recordings'}" for key in ("record.folder", "robot.rescue_folder")]
+    rates = [f"record.streams.{key}.sfreq={rate}" for key, one in streams.items() if one.sfreq]
+    return {"--workdir": [*places, *rates]}
 
 
 def _broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:

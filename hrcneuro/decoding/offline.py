@@ -15,8 +15,8 @@ def epochs(
 ) -> Iterator[tuple[int, np.ndarray | State]]:
     """Yield each epoch as soon as its last sample is there: which of ``zeros`` it is, and its filtered samples.
 
-    In the place of samples stands why there are none: ``BROKEN`` where samples are missing in it, ``GONE`` where it
-    begins before the recording, ``COMING`` where it ends after it.
+    In the place of samples stands why there are none: ``BROKEN`` where samples are missing in it or are no numbers,
+    ``GONE`` where it begins before the recording, ``COMING`` where it ends after it.
 
     Args:
         decoder: Says how long an epoch is, and has the filter.

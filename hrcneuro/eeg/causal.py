@@ -131,6 +131,7 @@ class CausalStream:
         self._ignored = np.array(sorted(ignored), int)
         self._last = np.zeros((n_channels, kept))
         self._breaks: list[int] = []  # first samples of new stretches
+        self._holes: list[tuple[int, int]] = []  # samples that are no numbers: the first, and the first after them
 
     def push(self, chunk: np.ndarray) -> None:
         """Take the next samples.
@@ -148,6 +149,10 @@ class CausalStream:
         samples[self._ignored] = 0.0
         filtered = self.chain.apply(samples)
         new = filtered.shape[1]
+        # Where a sample is no number on one channel, it is none on all.
+        if n_channels and np.isnan(filtered[0]).any():
+            self._holes = [hole for hole in self._holes if hole[1] > self.end - kept]
+            self._holes += [(self.end + a, self.end + b) for a, b in spans(np.isnan(filtered[0]))]
         if new >= kept:
             filtered = filtered[:, new - kept :]
         start = (self.end + new - filtered.shape[1]) % kept
@@ -167,12 +172,13 @@ class CausalStream:
         """Return how it stands with the epoch of ``length`` samples that begins with the sample ``first``."""
         if first < max(0, self.end - self._last.shape[1]):
             return State.GONE
-        if any(first < at < first + length for at in self._breaks):
+        stop = first + length
+        if any(first < at < stop for at in self._breaks) or any(a < stop and first < b for a, b in self._holes):
             return State.BROKEN
-        return State.COMING if first + length > self.end else State.COMPLETE
+        return State.COMING if stop > self.end else State.COMPLETE
 
     def cut(self, first: int, length: int) -> np.ndarray:
-        """Return an epoch of the filtered signal, a copy, ndarray, shape (n_channels, length); NaN where samples are.
+        """Return an epoch of the filtered signal, a copy: ndarray, shape (n_channels, length).
 
         Raises:
             EpochError: It is not complete.

@@ -117,7 +117,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     raw = read_raw(inputs.path("acquire", "{unit}_raw.fif"))
     quality = read_table(inputs.path("preprocess", "quality.parquet"))
     trials = _wanted(config, read_table(inputs.path("acquire", "trials.parquet")))
-    rows = Rows(config.min_stratum)
+    rows = Rows(config.min_stratum, config.matched)
     with cured(_CURES):
         decoder = _bare(config, raw, calibrated.channels(raw, quality, config.interpolation))
         seen = calibrated.see(raw, decoder, trials)

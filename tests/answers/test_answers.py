@@ -47,7 +47,7 @@ SUMMARIES = {
     ("calibrate", "s01"): (
         {
             **{"channels": 30, "kept": 27, "sfreq": 500.0, "epoch_samples": 300, "trials": 640},
-            **{"dropped": {"amplitude": 4, "boundary": 1}},
+            **{"dropped": {"amplitude": 4, "boundary": 1}, "matched": ["prev_error", "turn"]},
             "problems": {
                 "RRvsRH": {
                     **{**PROBLEM, "bacc_se": 2.0, "n1": 236, "n2": 153, "n_blocks": 6, "log_loss": 0.98, "stays": 51.2},
@@ -57,7 +57,8 @@ SUMMARIES = {
             },
         },
         [
-            "30 channels at 500 Hz, ready 600 ms after an onset; from 640 trials (dropped: amplitude 4, boundary 1)",
+            "30 channels at 500 Hz, ready 600 ms after an onset; from 640 trials (dropped: amplitude 4, boundary 1), "
+            "within strata of prev_error and turn",
             "RRvsRH  59.1 ± 3.9 %; takeovers 58.2 % of 153, others 60.0 % of 236; it says that the actor stays in",
             "RRvsRH  the actor stays 50.0 %, after an error 70.8 %, before a turn 88.7 %",
             "RRvsRH  prev_error yes 57.2 %, turn yes 56.5 %",

@@ -141,8 +141,9 @@ def test_a_broken_electrode_whose_channel_is_not_read_harms_nothing():
     x[3, 2000] = np.inf
     broken = [i for i, zero in enumerate(ZEROS) if ONE.first(zero) <= 2000 <= ONE.last(zero)]
     assert broken
-    got = [i for i, one in offline.epochs(ONE, [x], ZEROS) if np.isnan(one).any()]
-    assert sorted(got) == broken
+    for lengths in ([7], [5000]):
+        got = decided(x, lengths, ZEROS)
+        assert sorted(i for i, one in got.items() if one is State.BROKEN) == broken
 
 
 def test_a_stream_of_its_kind_is_served_with_other_channels_beside():

@@ -99,6 +99,23 @@ def test_an_epoch_may_begin_at_a_break_and_not_contain_one():
     assert one.state(299, 100) is State.BROKEN
 
 
+def test_an_epoch_with_samples_that_are_no_numbers_is_broken_for_as_long_as_it_holds_them():
+    x = signal(6, n=900)
+    x[2, 300:350] = np.nan
+    x[0, 600] = np.inf
+    for chunks in ([900], [7]):
+        one = pushed(x, chunks)
+        for first in range(0, 800):
+            bad = (first < 350 and first + 100 > 300) or first <= 600 < first + 100
+            assert one.state(first, 100) is (State.BROKEN if bad else State.COMPLETE)
+        assert np.isfinite(one.cut(350, 250)).all()
+    one = CausalStream(DESIGN, 4, kept=200)
+    one.push(x[:, :340])
+    assert one.state(310, 100) is State.BROKEN
+    one.push(x[:, 340:700])
+    assert one.state(500, 100) is State.COMPLETE
+
+
 def test_epochs_are_copies():
     one = pushed(signal(5, n=100), [10])
     one.cut(0, 50)[:] = 0
