@@ -262,7 +262,7 @@ def verdict(folder: Path, checked: list[dict[str, Any]]) -> Iterator[str]:
         part = f"part {one['part']}, " if checked[-1]["part"] > 1 else ""
         rate = f" at {one['rate']:.3f} Hz" if one["rate"] else ""
         gaps = f", {one['missing']} missing in {one['gaps']} gaps" if one["gaps"] else ", no gap" if rate else ""
-        drift = f", clock {one['drift_ppm']:+.1f} ppm" if one["drift_ppm"] is not None else ""
+        drift = f", clock {round(one['drift_ppm'], 1) + 0.0:+.1f} ppm" if one["drift_ppm"] is not None else ""
         lost = (one["counted"] or one["samples"]) - one["samples"]
         short = f", {lost} fewer than came" if lost else ""
         flaws = "".join(f"; {flaw}" for flaw in one["flaws"])

@@ -60,7 +60,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
 
 
 def _placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
-    """Return where a rehearsal is recorded, and at which rate: the study's own, whatever is declared of a laboratory."""
+    """Return where a rehearsal is recorded, and at which rate: the study's own, whatever a laboratory has declared."""
     rate, streams = study.sections["acquire"].sfreq, study.live["record"].streams
     places = [f"{key}={folder / 'recordings'}" for key in ("record.folder", "robot.rescue_folder")]
     rates = [f"record.streams.{key}.sfreq={rate}" for key, one in streams.items() if one.sfreq]
