@@ -85,7 +85,7 @@ def _run(folder: Path, labels: list[str], moves: int) -> tuple[dict[float, float
         types=["eeg"] * CHANNELS + ["stim"], units=["microvolts"] * CHANNELS + ["none"],
     )  # fmt: skip
     marks = LslOutlet("hrcneuro-moves", "Markers", ["marker"], sfreq=0, source_id=f"moves-{os.getpid()}")
-    words = [sys.executable, "-m", "hrcneuro", "online", "s01", "--mode", "closed", "--decoder", "made", "--json"]
+    words = [sys.executable, "-m", "hrcneuro", "online", "s01", "--mode", "closed", "--decoder", "made", "--json", "-q"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     loop = subprocess.Popen(words, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True)
     rng = np.random.default_rng(2)

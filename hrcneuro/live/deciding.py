@@ -34,6 +34,7 @@ class _Waiting:
     tags: Mapping[str, Any]
     trial: Trial | None
     moment: float = float("nan")
+    lost: bool = False  # the stream in which its epoch lay has ended
 
 
 class Deciding:
@@ -77,7 +78,7 @@ class Deciding:
         self._stream = self._decoder.stream(kept_s=KEPT_S)
         self._timeline = Timeline(self._decoder.sfreq, kept_s=KEPT_S + 1.0)
         for one in self._queue:
-            one.moment = float("nan")
+            one.lost = True
 
     # --- what comes -----------------------------------------------------------------------------------------------
 
@@ -156,7 +157,9 @@ class Deciding:
         given_up = finish or (not more and begun - trial.marker_s > self._options.deadline_s + _PATIENCE_S)
         problem, cause = self._problem(trial)
         first: int | None = None
-        if np.isnan(head.moment) and not self._knows(trial):
+        if head.lost:
+            cause = cause or "missing"
+        elif np.isnan(head.moment) and not self._knows(trial):
             cause = cause or "clock"
         else:
             first, why = self._first(head, trial, given_up)

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.learning.online import Policy, Values
+from hrcneuro.learning.online import SUBTASKS, Policy, Values
 
 FILE = "decisions.jsonl"
 BEGIN, BREAK, BLOCK, MOVE, STRANGE = "begin", "break", "block", "move", "marker"
@@ -111,6 +111,21 @@ def message(mode: str, policy: Policy | None, sent_s: float, trial: Trial | None
         names = ("marker", "next", "score", "probability", "predicted", "update", "cause", "deadline_met")
         about |= {name: getattr(trial, name) for name in names}
     return json.dumps(about)
+
+
+def policy_in(text: str) -> Policy | None:
+    """Return the policy that a text of the stream lets the robot take up; None for none, or one that is not sound.
+
+    Sound is a probability for each of the four directions, and nothing else.
+    """
+    try:
+        policy = json.loads(text)["policy"]
+    except (ValueError, TypeError, KeyError):
+        return None
+    if not isinstance(policy, dict) or set(policy) != set(SUBTASKS):
+        return None
+    sound = all(isinstance(p, int | float) and not isinstance(p, bool) and 0 <= p <= 1 for p in policy.values())
+    return {name: float(policy[name]) for name in SUBTASKS} if sound else None
 
 
 class DecisionLog:

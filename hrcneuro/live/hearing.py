@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -113,6 +114,8 @@ class Hearing:
     def _not_ours(self, tags: Mapping[str, Any], when: float, now: float) -> str:
         if tags["subject"] != self._subject:
             return "of another subject"
+        if not math.isfinite(when):
+            return "of no time"
         if when > now + _AHEAD_S:
             return "of the future"
         # Of another session, or its clock is another one.

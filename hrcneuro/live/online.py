@@ -7,6 +7,7 @@ the EEG and the markers, and no other stream: what a simulated person knows stay
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -254,7 +255,8 @@ class Online:
             self._difference = self.hearing.offset - self.eeg.offset
 
     def _odd(self, text: str, stamp: float, why: str) -> None:
-        self._log({"kind": STRANGE, "marker": text, "stamp": stamp, "why": why})
+        known = stamp if math.isfinite(stamp) else None
+        self._log({"kind": STRANGE, "marker": text, "stamp": known, "why": why})
 
     # --- streams that come and go ---------------------------------------------------------------------------------
 
@@ -274,8 +276,10 @@ class Online:
             self._came = self._clock()
             self._tell("the EEG is back")
         elif silent >= self._options.lost_s:
+            there = any(one.uid == was.uid for one in self._network.visible())
+            state = "is there and brings nothing" if there else "is gone"
             raise HardwareError(
-                f"no EEG for {silent:.1f} s: {self._lost or 'its stream is there and brings nothing'}",
+                f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
                 cure="start the amplifier's program again, then this command; the experiment goes on by itself",
             )
 

@@ -138,6 +138,17 @@ def test_an_edge_outside_the_window_times_nothing():
     assert {line["zero_from"] for line in lab.trials} == {"marker"}
 
 
+def test_a_policy_is_taken_from_a_text_only_if_it_is_sound():
+    sound = {"N": 0.25, "E": 1, "S": 0, "W": 0.5}
+    assert decisions.policy_in(decisions.message("closed", sound, 1.0)) == sound
+    assert decisions.policy_in(decisions.message("shadow", None, 1.0)) is None
+    for wrong in ({**sound, "N": 1.01}, {**sound, "N": -0.1}, {**sound, "N": float("nan")}, {**sound, "X": 0.5},
+                  {"N": 0.5}, {**sound, "N": "1"}, {**sound, "N": True}, [0.5] * 4, 0.5):  # fmt: skip
+        assert decisions.policy_in(json.dumps({"policy": wrong})) is None
+    for text in ("", "{}", "[]", "null", "no JSON"):
+        assert decisions.policy_in(text) is None
+
+
 # --- what goes wrong -----------------------------------------------------------------------------------------------
 
 
@@ -187,7 +198,7 @@ def test_eeg_that_comes_back_as_another_run_is_taken_up():
     lab.run()
     assert "the EEG is back" in lab.told
     assert lab.trials[-2]["update"]
-    assert lab.loop.deciding.causes["clock"] + lab.loop.deciding.causes["missing"] >= 1
+    assert lab.loop.deciding.causes["missing"] >= 1
     assert sum(lab.causes.values()) + lab.learner.updates == 16
 
 
@@ -228,14 +239,18 @@ def test_strange_markers_are_counted_and_not_heeded():
         (markers.of_move("s01", trial=1, **where), lab.network.now + 60),
         (markers.of_move("s01", trial=2, **where), lab.network.now - 600),
         ("move/subject=s01/block=x/episode=1/trial=2", lab.network.now),
+        (markers.of_move("s01", trial=3, **where), float("nan")),
         ("\x00garbage", lab.network.now),
     ):
         lab.robot.push([when], [[text]])
     lab.run()
-    assert lab.loop.hearing.strange == {"of another subject": 1, "of the future": 1, "of the past": 1}
+    assert lab.loop.hearing.strange == {
+        "of another subject": 1, "of the future": 1, "of the past": 1, "of no time": 1
+    }  # fmt: skip
     assert len(lab.trials) == 8
     assert lab.causes == {"last": 1}
-    assert sum(line["kind"] == "marker" for line in lab.lines) == 3
+    assert sum(line["kind"] == "marker" for line in lab.lines) == 4
+    json.dumps(lab.lines, allow_nan=False)
 
 
 def test_a_marker_that_comes_too_late_to_be_in_time_is_decided_and_teaches_nothing():
