@@ -64,14 +64,15 @@ class View:
             return
         self._drawn = now
         try:
-            self._live.update(self._table(loop), refresh=True)
+            self._live.update(self.table(loop), refresh=True)
         except Exception as error:
             # A picture must never end what it shows.
             self._live.stop()
             self._live = None
             self._talk.say(f"the picture is left out from here on ({type(error).__name__}: {error}); the loop goes on")
 
-    def _table(self, loop: Online) -> Table:
+    def table(self, loop: Online) -> Table:
+        """Return the picture of a loop."""
         from rich.table import Table
         from rich.text import Text
 

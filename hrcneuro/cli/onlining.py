@@ -164,7 +164,8 @@ class Task:
             parts, self._decoder, self._learner(), self._wanted, subject=self._subject, chunk=chunk,
             publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
         )  # fmt: skip
-        told = self._told(loops, found)
+        # A recording's clock stands still while it is decided: durations mean nothing.
+        told = self._told(loops, found) | {"latency_ms": {}}
         code = 0
         if known is not None:
             same = compared(lines, known)
@@ -214,7 +215,8 @@ class Task:
         if "against_log" in told:
             same = told["against_log"]
             lines.append(
-                f"  {same['equal']} scores as live, {same['different']} other, {same['unknown']} not in the log"
+                f"  {same['equal']} scores as live, {same['different']} other; {same['undecided']} had none live, "
+                f"{same['unknown']} are not in the log"
             )
         if told["log"]:
             lines.append(f"  log: {told['log']}")
@@ -236,14 +238,19 @@ def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:
 
 
 def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict[str, int]:
-    """Return how many moves of a replay have the score that the live session's log has, another, or are not in it."""
-    counts = {"equal": 0, "different": 0, "unknown": 0}
+    """Return how many moves of a replay have the score of the live session's log, or another.
+
+    ``undecided`` are those for which live there was no score, ``unknown`` those that are not in the log.
+    """
+    counts = {"equal": 0, "different": 0, "undecided": 0, "unknown": 0}
     for line in lines:
         if line["kind"] != decisions.MOVE:
             continue
         key = line["marker"], line["marker_stamp"]
         if key not in known.scores:
             counts["unknown"] += 1
+        elif known.scores[key] is None:
+            counts["undecided"] += 1
         else:
             counts["equal" if line["score"] == known.scores[key] else "different"] += 1
     return counts
