@@ -9,7 +9,9 @@ Outside the main thread, where Python delivers no signal, nothing happens.
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
@@ -25,6 +27,9 @@ _REQUESTS = {
     signal.SIGXCPU: (128 + signal.SIGXCPU, "ended by SIGXCPU: the limit of processor time is reached"),
     **{one: (128 + one, f"ended by {one.name}") for one in (signal.SIGUSR1, signal.SIGUSR2)},
 }
+
+
+_MOMENT_S = 0.01
 
 
 class _Care:
@@ -64,12 +69,27 @@ _care = _Care()
 def listen() -> None:
     """From here on, what a terminal, a scheduler or a shutdown sends raises KeyboardInterrupt, as Ctrl-C does."""
     _care.first = None
+    sys.unraisablehook = _ignored
     if threading.current_thread() is not threading.main_thread():
         return
     for number in _REQUESTS:
         # What is ignored, as by nohup, stays so.
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, _raise)
+
+
+def again(number: signal.Signals) -> None:
+    """Send this process a signal a moment from now."""
+    threading.Timer(_MOMENT_S, os.kill, (os.getpid(), number)).start()
+
+
+def _ignored(unraisable: Any) -> None:
+    """What is raised in a callback of Python's own, as of weak references, is dropped: raise it once more."""
+    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(unraisable)
+        return
+    _care.held = False
+    again(_care.first or signal.SIGINT)
 
 
 def over() -> None:

@@ -112,3 +112,44 @@ main()
     assert done.returncode == 2, done.stderr
     assert "no-such-stage" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+_IN_A_CALLBACK = """
+import os, signal, sys, time, weakref
+from hrcneuro import interrupts
+from hrcneuro.pipeline import executors
+
+class Thing:
+    pass
+
+def called(reference):
+    os.kill(os.getpid(), signal.{number})
+    for _ in range(1000):
+        pass
+
+{prepare}
+thing = Thing()
+kept = weakref.ref(thing, called)
+try:
+    del thing
+    time.sleep(20)
+except {raises}:
+    sys.exit(7)
+"""
+_LISTEN = "interrupts.listen()"
+_WORK = "signal.signal(signal.SIGTERM, executors._exit_once); sys.unraisablehook = executors._ignored"
+
+
+@pytest.mark.parametrize(
+    ("number", "prepare", "raises"),
+    [
+        ("SIGINT", _LISTEN, "KeyboardInterrupt"),
+        ("SIGQUIT", _LISTEN, "KeyboardInterrupt"),
+        ("SIGTERM", _WORK, "SystemExit"),
+    ],
+)
+def test_a_signal_in_a_callback_of_pythons_own_is_not_lost(number, prepare, raises):
+    """Python drops what is raised there, and says "Exception ignored"."""
+    script = _IN_A_CALLBACK.format(number=number, prepare=prepare, raises=raises)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=30, check=False)
+    assert (done.returncode, done.stderr) == (7, "")

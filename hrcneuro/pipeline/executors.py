@@ -26,7 +26,7 @@ from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, Protocol
 
-from hrcneuro import streams
+from hrcneuro import interrupts, streams
 from hrcneuro.errors import ConfigError, StageError, did_you_mean
 from hrcneuro.pipeline import job
 from hrcneuro.pipeline.item import State
@@ -207,6 +207,7 @@ def _work(pipe: Connection) -> None:
     for number in _OF_A_TERMINAL:
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _exit_once)
+    sys.unraisablehook = _ignored
     streams.prepare()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
@@ -245,6 +246,15 @@ def _exit_once(*_: object) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     _terminated.set()
     sys.exit(1)
+
+
+def _ignored(unraisable: Any) -> None:
+    """Where the signal came in a callback of Python's own, as of weak references, the exit is dropped: once more."""
+    if _terminated.is_set() and issubclass(unraisable.exc_type, SystemExit):
+        signal.signal(signal.SIGTERM, _exit_once)
+        interrupts.again(signal.SIGTERM)
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def _end_with_parent() -> None:
