@@ -25,6 +25,7 @@ from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
 from hrcneuro.live.timeline import NOT_FINITE, RAILED
 from hrcneuro.live.transport import Clock, Lost, Network, Samples
+from hrcneuro.live.watch import Event
 
 Publish = Callable[[str, float], None]
 """Sends a text with its stamp, seconds of the receiver's clock."""
@@ -32,6 +33,7 @@ Log = Callable[[Mapping[str, Any]], None]
 _LOOK_EVERY_S = 0.5
 _SHOWN, _TIMED = 200, 10_000
 _LOOK_BACK_S = 2.0
+_MOST_TOLD = 20  # of a kind; all are counted
 
 
 class Online:
@@ -116,6 +118,8 @@ class Online:
         self._hear(now)
         if samples is not None and len(samples):
             self._take(samples, pulled)
+        elif samples is not None:
+            self._told(self.eeg.watch.feed(samples.stamps, now))
         self._deal()
         if now - self._looked >= _LOOK_EVERY_S:
             self._looked = now
@@ -213,13 +217,18 @@ class Online:
         )
         return Samples(samples.stamps[at:], np.asarray(samples.values)[at:])
 
+    def _told(self, events: list[Event]) -> list[Event]:
+        for event in events:
+            self.events[event.kind] += 1
+            if self.events[event.kind] <= _MOST_TOLD:
+                self._tell(f"EEG: {event}")
+        return events
+
     def _breaks(self, samples: Samples, pulled: float) -> list[int]:
         """Return the places among the samples before which others are missing."""
         before = np.concatenate([[self.eeg.watch.last], samples.stamps[:-1]])
         found = []
-        for event in self.eeg.watch.feed(samples.stamps, pulled):
-            self.events[event.kind] += 1
-            self._tell(f"EEG: {event}")
+        for event in self._told(self.eeg.watch.feed(samples.stamps, pulled)):
             if event.kind == "clock":
                 # What was measured of the old clock is worth nothing now.
                 self._after, self._difference = pulled, float("nan")

@@ -182,6 +182,7 @@ def test_eeg_that_stops_within_a_move_leaves_it_undecided_and_ends_the_loop_when
         lab.run(40)
     assert caught.value.exit_code == 4
     assert lab.causes["missing"] == 5  # the fourth move and all later ones
+    assert any("no samples for 1.0 s" in text for text in lab.told)
     assert lab.learner.updates == 3
     assert lab.network.now - lab.begun < events[4][0] + 0.3 + OnlineOptions().lost_s + 1.0
 
