@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hrcneuro import interrupts
 from hrcneuro.cli import bring
@@ -86,7 +87,8 @@ class Task:
             ConfigError, StageError: The log cannot be written.
         """
         learner = self._learner()
-        with interrupts.whole():
+        # Threads of BLAS that wait for each other take longer than these products.
+        with interrupts.whole(), threadpool_limits(1):
             with LslNetwork() as network:
                 self._talk.say("looking for the EEG …")
                 eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
@@ -164,10 +166,11 @@ class Task:
         except OSError as error:
             raise DataError(f"{found} cannot be read: {error.strerror or error}", cure="name another: --log") from error
         lines: list[Mapping[str, Any]] = []
-        loops = replaying.replay(
-            parts, self._decoder, self._learner(), self._wanted, subject=self._subject, chunk=chunk,
-            publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
-        )  # fmt: skip
+        with threadpool_limits(1):
+            loops = replaying.replay(
+                parts, self._decoder, self._learner(), self._wanted, subject=self._subject, chunk=chunk,
+                publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
+            )  # fmt: skip
         # A recording's clock stands still while it is decided: durations mean nothing.
         told = self._told(loops, found) | {"latency_ms": {}}
         code = 0

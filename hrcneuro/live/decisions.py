@@ -97,6 +97,28 @@ class Trial:
         return {"kind": MOVE, **asdict(self)}
 
 
+def trial_of(tags: Mapping[str, Any], text: str, stamp: float, when: float) -> Trial:
+    """Return a move that is still to be decided, from its marker.
+
+    Args:
+        tags: As :func:`hrcneuro.paradigm.markers.move_in` returns them.
+        text, stamp: The marker, and its stamp, seconds of its sender's clock.
+        when: The same moment on the receiver's clock.
+    """
+    return Trial(
+        marker=text,
+        marker_stamp=stamp,
+        marker_s=when,
+        block=int(tags["block"]),
+        episode=int(tags["episode"]),
+        trial=int(tags["trial"]),
+        practice=bool(tags["practice"]),
+        scenario=str(tags["scenario"]),
+        actor=str(tags.get("actor", "")),
+        next=str(tags["next"]) if "next" in tags else None,
+    )
+
+
 def message(mode: str, policy: Policy | None, sent_s: float, trial: Trial | None = None) -> str:
     """Return a text for the stream: the policy in force, and the decision that led to it, where one did.
 

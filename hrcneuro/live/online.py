@@ -19,7 +19,7 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.learning.online import OnlineLearner
 from hrcneuro.live import online_streams
 from hrcneuro.live.deciding import Deciding
-from hrcneuro.live.decisions import BEGIN, BLOCK, BREAK, STRANGE, Known, Trial, message
+from hrcneuro.live.decisions import BEGIN, BLOCK, BREAK, STRANGE, Known, Trial, message, trial_of
 from hrcneuro.live.hearing import Hearing
 from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
@@ -256,7 +256,7 @@ class Online:
             if block:
                 self.deciding.block(tags)
             else:
-                self.deciding.move(_trial(tags, text, stamp, when), stamp + self._difference)
+                self.deciding.move(trial_of(tags, text, stamp, when), stamp + self._difference)
 
     def _fix(self) -> None:
         """Fix what brings a marker's stamp onto the EEG's clock, until the next block."""
@@ -291,18 +291,3 @@ class Online:
                 f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
                 cure="start the amplifier's program again, then this command; the experiment goes on by itself",
             )
-
-
-def _trial(tags: Mapping[str, Any], text: str, stamp: float, when: float) -> Trial:
-    return Trial(
-        marker=text,
-        marker_stamp=stamp,
-        marker_s=when,
-        block=int(tags["block"]),
-        episode=int(tags["episode"]),
-        trial=int(tags["trial"]),
-        practice=bool(tags["practice"]),
-        scenario=str(tags["scenario"]),
-        actor=str(tags.get("actor", "")),
-        next=str(tags["next"]) if "next" in tags else None,
-    )
