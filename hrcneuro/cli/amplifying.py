@@ -83,19 +83,31 @@ def recorded(options: Options, study: Settings, subject: str) -> Recorded:
         signal,
         [kinds[i] for i in picks],
         table["onset_sample"].to_numpy(int),
-        [marker_of(row, subject) for row in table.to_dict("records")],
+        texts_of(table.to_dict("records"), subject),
         origin.mark_of(origin.Origins.of(items[0].summary["origin"])),
     )
 
 
-def marker_of(row: Mapping[Any, Any], subject: str) -> str:
-    """Return the marker of a row of trials.parquet, as a session sends it."""
+def texts_of(rows: Sequence[Mapping[Any, Any]], subject: str) -> list[str]:
+    """Return the markers of the rows of trials.parquet, as a session sends them."""
+    texts = []
+    for row, after in zip(rows, [*rows[1:], None], strict=True):
+        follows = after is not None and all(after[name] == row[name] for name in ("practice", "block", "episode"))
+        texts.append(marker_of(row, subject, str(after["target"]) if after is not None and follows else ""))
+    return texts
+
+
+def marker_of(row: Mapping[Any, Any], subject: str, after: str = "") -> str:
+    """Return the marker of a row of trials.parquet; ``after``: the direction of the path's next tile."""
     from hrcneuro.paradigm import design, markers
 
     if row["event"] != design.MOVE:
         return str(row["event"])
-    numbers = {name: int(row[name]) for name in ("block", "episode", "trial")}
-    return markers.of_move(subject, scenario=row["scenario"], practice=bool(row["practice"]), **numbers)
+    block, episode, trial = (int(row[name]) for name in ("block", "episode", "trial"))
+    return markers.of_move(
+        subject, scenario=row["scenario"], block=block, episode=episode, trial=trial, practice=bool(row["practice"]),
+        actor=str(row["actor"]), next=after,
+    )  # fmt: skip
 
 
 def run(

@@ -18,6 +18,7 @@ from hrcneuro.cli import (  # noqa: F401
     experiment,
     export,
     init,
+    online,
     record,
     rehearse,
     robot,

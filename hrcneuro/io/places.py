@@ -34,14 +34,18 @@ def check_room(folder: Path, size: int, *, what: str, cure: str, then: str = "no
         )
 
 
-def new_folder(parent: Path) -> Path:
+def new_folder(parent: Path, suffix: str = "") -> Path:
     """Make and return a recording's folder, named by the time of day; another attempt's is never taken.
+
+    Args:
+        parent: In which it is made.
+        suffix: What its name ends with, where it is not the recording itself.
 
     Raises:
         OSError: It cannot be made.
     """
     parent.mkdir(parents=True, exist_ok=True)
-    name = f"{datetime.now():%Y-%m-%dT%H%M%S}"
+    name = f"{datetime.now():%Y-%m-%dT%H%M%S}{suffix}"
     for number in range(1, 1000):
         place = parent / (name if number == 1 else f"{name}-{number}")
         # One that is there is another attempt's.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hrcneuro import published
 from hrcneuro.contract import option
+from hrcneuro.learning.params import LEARNERS
 
 
 @dataclass(frozen=True)
@@ -77,4 +78,52 @@ def check_record(options: RecordOptions) -> list[str]:
             )
         if twice := sorted({label for label in one.channels if one.channels.count(label) > 1}):
             mistakes.append(f"streams.{key}.channels names {twice[0]!r} twice; allowed: each once")
+    return mistakes
+
+
+MODES = ("shadow", "semi", "closed")
+
+
+@dataclass(frozen=True)
+class OnlineOptions:
+    """How the closed loop decides and learns."""
+
+    mode: str = option(
+        "shadow",
+        "shadow: decide, learn and log, the robot hears nothing; semi: its policy changes at a block's end; closed: "
+        "with every decision",
+        choices=MODES,
+    )
+    learner: str = option("paper", "who learns, one of those that simulate compares", choices=LEARNERS)
+    alpha: float = option(published.LEARNING_RATE.value, "learning rate of Eq 3", low=0, high=100, open_low=True)
+    tau: float = option(published.TEMPERATURE.value, "temperature of Eq 5", low=0, high=100, open_low=True)
+    horizon: float = option(40.0, "episodes between reassignments that the learner 'forgetting' expects", low=1)
+    floor: float = option(
+        0.0, "least probability of each action, so that the robot explores; 0: the softmax alone", low=0, high=0.5
+    )
+    afresh: bool = option(False, "forget all at a block's beginning: where owners are drawn anew in each block")
+    scenarios: tuple[str, ...] = option(("iC",), "scenarios whose moves teach; in others it is decided and logged only")
+    deadline_s: float = option(
+        0.75, "a decision that is sent later after its onset makes no update", unit="s", low=0.6, high=5.0
+    )
+    snap_s: float = option(
+        0.1, "so far a trigger's edge may be from the marker that it times", unit="s", low=0, high=0.5
+    )
+    amp_delay_ms: float = option(
+        0.0, "how much later the amplifier's stamps show what happens", unit="ms", low=-500, high=500
+    )
+    trigger: str = option("auto", "the trigger channel; auto: by its type; none: markers alone time the moves")
+    eeg: str = option("", "name of the EEG's stream; any of type EEG, where empty; * and ? stand for anything")
+    markers: str = option("hrcneuro-moves", "name of the markers' stream")
+    wait_s: float = option(10.0, "so long the EEG is looked for at the start", unit="s", low=1.0, high=600.0)
+    lost_s: float = option(10.0, "EEG that is silent for so long ends the loop", unit="s", low=1.0, high=600.0)
+
+
+def check_online(options: OnlineOptions) -> list[str]:
+    """Return the contradictions between values."""
+    mistakes = []
+    if not options.markers:
+        mistakes.append("markers is empty; allowed: the name of a stream, such as hrcneuro-moves")
+    if not options.scenarios:
+        mistakes.append("scenarios = [] teaches nothing; allowed: at least one, such as iC")
     return mistakes

@@ -22,4 +22,7 @@ class Section:
     check: Callable[[Any], list[str]]
 
 
-SECTIONS = {"record": Section(parameters.RecordOptions, parameters.check_record)}
+SECTIONS = {
+    "record": Section(parameters.RecordOptions, parameters.check_record),
+    "online": Section(parameters.OnlineOptions, parameters.check_online),
+}

@@ -21,6 +21,9 @@ RECORDER = "hrcneuro-recorder"
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
 
+DECISIONS = "hrcneuro-decisions"
+"""The stream on which the closed loop tells its decisions and its policy, a text each, JSON."""
+
 
 @dataclass(frozen=True)
 class Description:

@@ -8,15 +8,34 @@ _END = "end"
 _NUMBERS = ("block", "episode", "trial")
 
 
-def of_move(subject: str, *, scenario: str, block: int, episode: int, trial: int, practice: bool) -> str:
-    """Return the marker of a move's onset."""
-    return _tagged(MOVE, subject, practice, scenario=scenario, block=block, episode=episode, trial=trial)
+def of_move(
+    subject: str,
+    *,
+    scenario: str,
+    block: int,
+    episode: int,
+    trial: int,
+    practice: bool,
+    actor: str | None = None,
+    next: str | None = None,
+) -> str:
+    """Return the marker of a move's onset.
+
+    Args:
+        subject, scenario, block, episode, trial, practice: Which move it is.
+        actor: Who makes it, ``human`` or ``robot``; no tag where it is not given.
+        next: The direction of the path's pending tile after this move, of eight; empty where the path is done; no tag
+            where it is not given.
+    """
+    known = {name: value for name, value in (("actor", actor), ("next", next)) if value is not None}
+    return _tagged(MOVE, subject, practice, scenario=scenario, block=block, episode=episode, trial=trial, **known)
 
 
 def move_in(text: str) -> dict[str, str | int | bool] | None:
     """Return which move a marker tells of: ``subject``, ``scenario``, ``block``, ``episode``, ``trial``, ``practice``.
 
-    None for a text that is no marker of a move.
+    Markers that say it also have ``actor`` and ``next``, see :func:`of_move`. None for a text that is no marker of a
+    move.
     """
     head, *tags = text.split("/")
     named = dict(tag.split("=", 1) for tag in tags if "=" in tag)
@@ -24,7 +43,18 @@ def move_in(text: str) -> dict[str, str | int | bool] | None:
         return None
     numbers = {name: int(named[name]) for name in _NUMBERS}
     words = {name: named.get(name, "") for name in ("subject", "scenario")}
-    return {**words, **numbers, "practice": "practice" in tags}
+    said: dict[str, str | int | bool] = {name: named[name] for name in ("actor", "next") if name in named}
+    return {**words, **numbers, "practice": "practice" in tags, **said}
+
+
+def block_in(text: str) -> dict[str, str | int | bool] | None:
+    """Return which block a marker says to begin: ``subject``, ``scenario``, ``block``, ``practice``; or None."""
+    head, *tags = text.split("/")
+    named = dict(tag.split("=", 1) for tag in tags if "=" in tag)
+    if head != "block" or not named.get("block", "").isdigit():
+        return None
+    words = {name: named.get(name, "") for name in ("subject", "scenario")}
+    return {**words, "block": int(named["block"]), "practice": "practice" in tags}
 
 
 def of_block(subject: str, *, scenario: str, block: int, practice: bool) -> str:

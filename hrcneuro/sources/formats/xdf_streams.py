@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.live.transport import RECORDER
+from hrcneuro.live.transport import DECISIONS, RECORDER
 
 _EEG_TYPES = frozenset({"eeg", "exg"})
 _MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
@@ -31,10 +31,12 @@ def is_text(stream: Stream) -> bool:
 
 
 def marker_streams(streams: list[Stream]) -> tuple[list[Stream], list[Stream]]:
-    """Return the streams that carry markers, and all others."""
+    """Return the streams that carry markers, and all others; what the closed loop decides marks no event."""
     marks, left = [], []
     for stream in streams:
-        if is_text(stream) or (rate_of(stream) == 0 and info(stream, "type").lower() in _MARKER_TYPES):
+        if info(stream, "name") == DECISIONS:
+            left.append(stream)
+        elif is_text(stream) or (rate_of(stream) == 0 and info(stream, "type").lower() in _MARKER_TYPES):
             marks.append(stream)
         else:
             left.append(stream)

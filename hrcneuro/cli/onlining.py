@@ -1,0 +1,276 @@
+"""What the command online does: decoder and learner, streams or a recording, the log, and the answer in the end."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import json
+import os
+import resource
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from hrcneuro import interrupts
+from hrcneuro.cli import bring
+from hrcneuro.cli.online_view import View
+from hrcneuro.cli.options import Options
+from hrcneuro.config.settings import Settings
+from hrcneuro.errors import REFUSED, ConfigError, DataError, StageError
+from hrcneuro.io.decoders import ABOUT, read_decoder
+from hrcneuro.io.places import new_folder
+from hrcneuro.learning.learners import kinds
+from hrcneuro.learning.online import OnlineLearner, rates_of
+from hrcneuro.live import decisions, online_streams, replaying
+from hrcneuro.live.lsl import LslNetwork, LslOutlet
+from hrcneuro.live.online import Online
+from hrcneuro.live.parameters import OnlineOptions
+from hrcneuro.live.transport import DECISIONS
+from hrcneuro.pipeline.workdir import Workdir
+
+_SOON_S, _QUICK_S, _STEP_S = 0.02, 0.0005, 0.004
+
+
+class Task:
+    """One call of the command."""
+
+    def __init__(self, study: Settings, subject: str, options: Options, decoder: Path | None) -> None:
+        """Read the decoder.
+
+        Raises:
+            DataError: There is none, or it cannot be read.
+        """
+        self._subject, self._options, self._talk = subject, options, bring.console(options)
+        self._wanted: OnlineOptions = study.live["online"]
+        self._record = study.live["record"]
+        place = decoder or Workdir(options.workdir).artifact("calibrate", subject, ABOUT).parent
+        self._decoder, about = read_decoder(place)
+        self._about: Mapping[str, Any] = about
+        self._parent = options.workdir.absolute() / self._record.folder / subject
+
+    def _learner(self) -> OnlineLearner:
+        one = self._wanted
+        kind = kinds(alpha=one.alpha, ddof=0, horizon=one.horizon)[one.learner]
+        rates = rates_of(self._about.get("summary", {}).get("problems", {}))
+        if rates is None and kind.evidence == "decision" and one.learner == "bayes":
+            raise ConfigError(
+                "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
+                cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
+            )
+        return OnlineLearner(kind, tau=one.tau, floor=one.floor, rates=rates)
+
+    # --- live -----------------------------------------------------------------------------------------------------
+
+    def look(self) -> int:
+        """Find the EEG and say whether the decoder serves it; decide nothing; return the exit code."""
+        with LslNetwork() as network:
+            eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
+            about = eeg.inlet.description
+            eeg.inlet.close()
+        told = {"stream": about.name, "sfreq": about.sfreq, "channels": len(eeg.rows), "mode": self._wanted.mode}
+        print(
+            json.dumps(told, indent=1)
+            if self._options.json
+            else f"{about.name}: the decoder serves it; nothing was decided"
+        )
+        return 0
+
+    def live(self, seconds: float) -> int:
+        """Decide until a marker tells that the session has ended, Ctrl-C, or so many seconds; return the exit code.
+
+        Raises:
+            HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves.
+            ConfigError, StageError: The log cannot be written.
+        """
+        learner = self._learner()
+        # Threads of BLAS that wait for each other take longer than these products.
+        with interrupts.whole(), threadpool_limits(1):
+            with LslNetwork() as network:
+                self._talk.say("looking for the EEG …")
+                eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
+                log = self._log()
+                outlet = LslOutlet(
+                    DECISIONS,
+                    "Markers",
+                    ["decision"],
+                    sfreq=0,
+                    source_id=f"hrcneuro-online-{self._subject}-{os.getpid()}",
+                )
+                view = View(self._talk, self._record, self._wanted, log.path)
+                loop = Online(
+                    network, network.clock, eeg, self._decoder, learner, self._wanted, subject=self._subject,
+                    publish=outlet.send, log=log, rail_uv=self._record.rail_uv, tell=view.tell,
+                )  # fmt: skip
+                interrupts.once(lambda: self._talk.say("the log is being ended; a moment"))
+                interrupts.hold()
+                begun, work = time.monotonic(), time.process_time()
+                try:
+                    self._go_on(loop, view, seconds)
+                except OSError as error:
+                    raise StageError(
+                        f"{log.path} takes no more: {error.strerror or error}", cure="free space on its disk"
+                    ) from error
+                finally:
+                    # Whatever ends it: what was decided stands in the log.
+                    log.close()
+                    outlet.close()
+                share = (time.process_time() - work) / max(time.monotonic() - begun, 1e-9)
+            interrupts.forget()
+        told = self._told([loop], log.path) | {
+            "cpu_share": share,
+            "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        }
+        self._answer(told)
+        return 0
+
+    def _go_on(self, loop: Online, view: View, seconds: float) -> None:
+        gc.collect()
+        gc.freeze()
+        # A decision is due within milliseconds; the samples before it cost next to nothing.
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, 0, -10)
+        begun = time.monotonic()
+        with view:
+            while not (interrupts.asked() or loop.over or 0 < seconds <= time.monotonic() - begun):
+                loop.step()
+                view.show(loop)
+                time.sleep(_QUICK_S if loop.deciding.due_s() < _SOON_S else _STEP_S)
+            loop.finish()
+
+    def _log(self) -> decisions.DecisionLog:
+        try:
+            return decisions.DecisionLog(new_folder(self._parent, "-online"))
+        except OSError as error:
+            kind = ConfigError if error.errno in REFUSED else StageError
+            raise kind(
+                f"the log cannot be written in {self._parent}: {error.strerror or error}",
+                cure="give yourself the right to write there, or choose another place: record.folder",
+            ) from error
+
+    # --- a recording ----------------------------------------------------------------------------------------------
+
+    def replay(self, recording: Path, chunk: int, log: Path | None) -> int:
+        """Go over a recording; return 0, or 1 where scores differ from those of the live session.
+
+        Raises:
+            DataError: It, or the log, cannot be read.
+        """
+        parts = replaying.read(recording, self._wanted)
+        found = log or _log_beside(recording, parts)
+        try:
+            known = decisions.known(found) if found is not None else None
+        except OSError as error:
+            raise DataError(f"{found} cannot be read: {error.strerror or error}", cure="name another: --log") from error
+        lines: list[Mapping[str, Any]] = []
+        with threadpool_limits(1):
+            loops = replaying.replay(
+                parts, self._decoder, self._learner(), self._wanted, subject=self._subject, chunk=chunk,
+                publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
+            )  # fmt: skip
+        # A recording's clock stands still while it is decided: durations mean nothing.
+        told = self._told(loops, found) | {"latency_ms": {}}
+        code = 0
+        if known is not None:
+            same = compared(lines, known)
+            told["against_log"] = same
+            code = int(same["different"] > 0)
+        self._answer(told, ok=code == 0)
+        return code
+
+    # --- the answer -----------------------------------------------------------------------------------------------
+
+    def _told(self, loops: Sequence[Online], log: Path | None) -> dict[str, Any]:
+        causes: dict[str, int] = {}
+        for loop in loops:
+            for cause, n in loop.deciding.causes.items():
+                causes[cause] = causes.get(cause, 0) + n
+        updates = causes.pop("", 0)
+        last = loops[-1]
+        return {
+            "command": "online",
+            "subject": self._subject,
+            "mode": self._wanted.mode,
+            "log": str(log) if log is not None else None,
+            "moves": updates + sum(causes.values()),
+            "updates": updates,
+            "causes": dict(sorted(causes.items())),
+            "not_heeded": {why: n for loop in loops for why, n in loop.hearing.strange.items()},
+            "events": {kind: n for loop in loops for kind, n in loop.events.items()},
+            "decided": sum(loop.decided for loop in loops),
+            "in_time": sum(loop.in_time for loop in loops),
+            "latency_ms": latencies(loops),
+            "policy": last.deciding.policy,
+            "learned": last.deciding.learner.policy(),
+        }
+
+    def _answer(self, told: dict[str, Any], *, ok: bool = True) -> None:
+        if self._options.json:
+            print(json.dumps({"ok": ok, **told}, indent=1))
+            return
+        causes = ", ".join(f"{cause} {n}" for cause, n in told["causes"].items())
+        lines = [
+            f"{self._subject}: {told['moves']} moves, {told['decided']} decided, {told['in_time']} in time, "
+            f"{told['updates']} taught" + (f" (not: {causes})" if causes else "")
+        ]
+        lines += [f"  {name}: median {one['median']:.1f} ms, 99 % {one['p99']:.1f}, most {one['max']:.1f}"
+                  for name, one in told["latency_ms"].items()]  # fmt: skip
+        lines.append("  who does it: " + ", ".join(f"{s} human {p:.2f}" for s, p in told["learned"].items()))
+        if "against_log" in told:
+            same = told["against_log"]
+            lines.append(
+                f"  {same['equal']} scores as live, {same['different']} other; {same['undecided']} had none live, "
+                f"{same['unknown']} are not in the log"
+            )
+        if told["log"]:
+            lines.append(f"  log: {told['log']}")
+        self._talk.results(lines)
+
+
+def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:
+    """Return stage -> median, p99 and largest duration, ms; the stages that were measured."""
+    found = {}
+    names = dict.fromkeys(name for loop in loops for name in loop.durations)
+    for name in names:
+        values = np.concatenate([np.asarray(loop.durations.get(name, ()), float) for loop in loops])
+        found[name] = {
+            "median": float(np.median(values)),
+            "p99": float(np.percentile(values, 99)),
+            "max": float(values.max()),
+        }
+    return found
+
+
+def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict[str, int]:
+    """Return how many moves of a replay have the score of the live session's log, or another.
+
+    ``undecided`` are those for which live there was no score, ``unknown`` those that are not in the log.
+    """
+    counts = {"equal": 0, "different": 0, "undecided": 0, "unknown": 0}
+    for line in lines:
+        if line["kind"] != decisions.MOVE:
+            continue
+        key = line["marker"], line["marker_stamp"]
+        if key not in known.scores:
+            counts["unknown"] += 1
+        elif known.scores[key] is None:
+            counts["undecided"] += 1
+        else:
+            counts["equal" if line["score"] == known.scores[key] else "different"] += 1
+    return counts
+
+
+def _log_beside(recording: Path, parts: Sequence[tuple[replaying.Stream, replaying.Stream]]) -> Path | None:
+    """Return the log of the live session that made a recording: one whose markers are in it; None for none."""
+    there = {
+        (str(row[0]), float(stamp)) for _, marks in parts for stamp, row in zip(marks.stamps, marks.values, strict=True)
+    }
+    best, most = None, 0
+    for path in sorted(recording.absolute().parent.glob(f"*-online*/{decisions.FILE}")):
+        common = len(there & set(decisions.known(path).scores))
+        if common > most:
+            best, most = path, common
+    return best

@@ -1,0 +1,293 @@
+"""The closed loop over streams: EEG and markers come in, decisions and the policy go out, a line a move is written.
+
+It is stepped from outside, in real time some hundreds of times a second; it reads no clock and finds no stream but
+those of the network that it is handed, so that the same code runs live, at virtual pace, and on a recording. It hears
+the EEG and the markers, and no other stream: what a simulated person knows stays unknown to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hrcneuro.decoding.frozen import FrozenDecoder
+from hrcneuro.errors import HardwareError
+from hrcneuro.learning.online import OnlineLearner
+from hrcneuro.live import online_streams
+from hrcneuro.live.deciding import Deciding
+from hrcneuro.live.decisions import BEGIN, BLOCK, BREAK, STRANGE, Known, Trial, message, trial_of
+from hrcneuro.live.hearing import Hearing
+from hrcneuro.live.online_streams import Eeg
+from hrcneuro.live.parameters import Declared, OnlineOptions
+from hrcneuro.live.timeline import NOT_FINITE, RAILED
+from hrcneuro.live.transport import Clock, Lost, Network, Samples
+from hrcneuro.live.watch import Event
+
+Publish = Callable[[str, float], None]
+"""Sends a text with its stamp, seconds of the receiver's clock."""
+Log = Callable[[Mapping[str, Any]], None]
+_LOOK_EVERY_S = 0.5
+_SHOWN, _TIMED = 200, 10_000
+_LOOK_BACK_S = 2.0
+_MOST_TOLD = 20  # of a kind; all are counted
+
+
+class Online:
+    """The loop.
+
+    Attributes:
+        deciding: Decoder and learner.
+        eeg: The EEG.
+        hearing: The markers.
+        events: What stood out in the EEG, kind -> how often.
+        recent: The last seconds of the EEG in pieces, each ndarray, shape (n_channels, n_times), µV.
+        trials: The last moves, for who looks on.
+        decided, in_time: How many moves were decided, and how many of them before the deadline.
+        durations: Stage -> how long it took, ms, of the last decisions.
+        over: Whether a marker has told that none comes any more, and every move is dealt with.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        clock: Clock,
+        eeg: Eeg,
+        decoder: FrozenDecoder,
+        learner: OnlineLearner,
+        options: OnlineOptions,
+        *,
+        subject: str,
+        publish: Publish,
+        log: Log,
+        rail_uv: float = 0.0,
+        known: Known | None = None,
+        tell: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        """Begin with a stream that was found.
+
+        Args:
+            network, clock: Where streams are found again; seconds of the receiver's clock.
+            eeg: The stream.
+            decoder, learner, options: How it is decided and learned.
+            subject: Whose moves count.
+            publish: Sends decisions.
+            log: Writes lines.
+            rail_uv: A channel that reaches this is railed, µV; 0 for no such bound.
+            known: Of a replay, what the live session's log tells.
+            tell: Is told at once what a person should know.
+        """
+        self._network, self._clock, self._decoder, self._options = network, clock, decoder, options
+        self._subject, self._publish, self._log, self._rail_uv, self._tell = subject, publish, log, rail_uv, tell
+        self._known = known
+        self.eeg = eeg
+        self.deciding = Deciding(decoder, learner, options, clock, known=known)
+        self.events: Counter[str] = Counter()
+        self.trials: deque[Trial] = deque(maxlen=_SHOWN)
+        self.decided = self.in_time = 0
+        self.durations: dict[str, deque[float]] = {}
+        self.recent: deque[np.ndarray] = deque()
+        self._difference = float("nan")  # from markers' stamps to the EEG's, fixed at a block's start
+        self._after = float("-inf")  # a measurement before this is of a clock that was set since
+        now = clock()
+        self.hearing = Hearing(network, options.markers, subject, now, strange=self._odd, tell=tell)
+        self.hearing.look()
+        self._looked, self._came = float("-inf"), now
+        self._first, self._seen = True, 0
+        self._lost = ""
+
+    # --- steps ----------------------------------------------------------------------------------------------------
+
+    @property
+    def over(self) -> bool:
+        """Whether a marker has told that none comes any more, and every move is dealt with."""
+        return self.hearing.ended and not self.deciding.waiting
+
+    def step(self) -> None:
+        """Take what has come; decide, publish and log what is due.
+
+        Raises:
+            HardwareError: The EEG is gone for too long, or came back as one that the decoder does not serve.
+            OSError: The log cannot be written.
+        """
+        samples, pulled = self._pull_eeg()
+        now = self._clock()
+        self._hear(now)
+        if samples is not None and len(samples):
+            self._take(samples, pulled)
+        elif samples is not None:
+            self._told(self.eeg.watch.feed(samples.stamps, now))
+        self._deal()
+        if now - self._looked >= _LOOK_EVERY_S:
+            self._looked = now
+            self._look(now)
+
+    def finish(self) -> None:
+        """Deal with what still waits: no more comes."""
+        self._deal(finish=True)
+
+    def _deal(self, *, more: bool = False, finish: bool = False) -> None:
+        for one in self.deciding.advance(more=more, finish=finish):
+            if isinstance(one, Trial):
+                one.sent_s = self._clock()
+                self._publish(message(self._options.mode, self.deciding.published, one.sent_s, one), one.sent_s)
+                one.stages_ms["sending"] = 1e3 * (self._clock() - one.sent_s)
+                self._note(one)
+            else:
+                now = self._clock()
+                self._publish(message(self._options.mode, self.deciding.published, now), now)
+                difference = None if np.isnan(self._difference) else self._difference
+                self._log({"kind": BLOCK, **one, "difference_s": difference, "policy": self.deciding.policy})
+
+    def _note(self, one: Trial) -> None:
+        self.trials.append(one)
+        if one.score is not None and one.pulled_s is not None and one.sent_s is not None:
+            self.decided += 1
+            self.in_time += one.deadline_met
+            whole = {
+                "onset to sent": 1e3 * (one.sent_s - one.marker_s),
+                "received to sent": 1e3 * (one.sent_s - one.pulled_s),
+            }
+            for name, ms in {**whole, **one.stages_ms}.items():
+                self.durations.setdefault(name, deque(maxlen=_TIMED)).append(ms)
+        self._log(one.line)
+
+    # --- the EEG --------------------------------------------------------------------------------------------------
+
+    def _pull_eeg(self) -> tuple[Samples | None, float]:
+        if self._lost:
+            return None, self._clock()
+        try:
+            samples = self.eeg.inlet.pull()
+            self.eeg.measure()
+        except Lost as error:
+            self._lost = str(error)
+            self.events["lost"] += 1
+            self._tell(f"the EEG has ended ({error}); it is looked for")
+            return None, self._clock()
+        return samples, self._clock()
+
+    def _take(self, samples: Samples, pulled: float) -> None:
+        samples = self._from_start(samples)
+        if not len(samples):
+            return
+        values = np.asarray(samples.values)
+        for broken, part in online_streams.pieces(samples, self._breaks(samples, pulled), self._decoder.sfreq):
+            if broken:
+                self.deciding.broken()
+                self._log({"kind": BREAK, "stamp": float(samples.stamps[part.start])})
+            own = values[part][:, self.eeg.rows].T
+            codes = values[part][:, self.eeg.trigger] if self.eeg.trigger >= 0 else None
+            self.deciding.samples(samples.stamps[part], own, codes, self._marks(own), pulled)
+            self._deal(more=True)
+            self._remember(own)
+        self._came = pulled
+
+    def _remember(self, own: np.ndarray) -> None:
+        self.recent.append(own)
+        self._seen += own.shape[1]
+        while self._seen - self.recent[0].shape[1] > _LOOK_BACK_S * self._decoder.sfreq:
+            self._seen -= self.recent.popleft().shape[1]
+
+    def _from_start(self, samples: Samples) -> Samples:
+        """Return the samples from where the loop begins; a replay begins where the live session did."""
+        if not self._first:
+            return samples
+        starts = self._known.starts if self._known is not None else []
+        at = 0
+        if starts and float(samples.stamps[0]) <= starts[0]:
+            at = int(np.searchsorted(samples.stamps, starts[0]))
+            if at == len(samples):
+                return Samples(samples.stamps[:0], np.asarray(samples.values)[:0])
+        self._first = False
+        about = self.eeg.inlet.description
+        self._log(
+            {
+                "kind": BEGIN,
+                "subject": self._subject,
+                "stamp": float(samples.stamps[at]),
+                "stream": about.name,
+                "sfreq": about.sfreq,
+                "mode": self._options.mode,
+                "learner": self._options.learner,
+            }
+        )
+        return Samples(samples.stamps[at:], np.asarray(samples.values)[at:])
+
+    def _told(self, events: list[Event]) -> list[Event]:
+        for event in events:
+            self.events[event.kind] += 1
+            if self.events[event.kind] <= _MOST_TOLD:
+                self._tell(f"EEG: {event}")
+        return events
+
+    def _breaks(self, samples: Samples, pulled: float) -> list[int]:
+        """Return the places among the samples before which others are missing."""
+        before = np.concatenate([[self.eeg.watch.last], samples.stamps[:-1]])
+        found = []
+        for event in self._told(self.eeg.watch.feed(samples.stamps, pulled)):
+            if event.kind == "clock":
+                # What was measured of the old clock is worth nothing now.
+                self._after, self._difference = pulled, float("nan")
+            if event.kind in ("gap", "clock"):
+                found += np.flatnonzero(before == event.stamp)[:1].tolist()
+        if self._known is not None and self._known.starts:
+            return np.flatnonzero(np.isin(samples.stamps, self._known.starts[1:])).tolist()
+        return found
+
+    def _marks(self, own: np.ndarray) -> np.ndarray:
+        used = own[self.eeg.used]
+        marks = NOT_FINITE * ~np.isfinite(used).all(axis=0)
+        if self._rail_uv:
+            with np.errstate(invalid="ignore"):
+                marks = marks | (RAILED * (np.abs(used) >= self._rail_uv).any(axis=0))
+        return marks.astype(np.uint8)
+
+    # --- markers --------------------------------------------------------------------------------------------------
+
+    def _hear(self, now: float) -> None:
+        for tags, text, stamp, when in self.hearing.hear(now):
+            block = "trial" not in tags
+            if block or np.isnan(self._difference):
+                self._fix()
+            if block:
+                self.deciding.block(tags)
+            else:
+                self.deciding.move(trial_of(tags, text, stamp, when), stamp + self._difference)
+
+    def _fix(self) -> None:
+        """Fix what brings a marker's stamp onto the EEG's clock, until the next block."""
+        if self.eeg.measured > self._after:
+            self._difference = self.hearing.offset - self.eeg.offset
+
+    def _odd(self, text: str, stamp: float, why: str) -> None:
+        known = stamp if math.isfinite(stamp) else None
+        self._log({"kind": STRANGE, "marker": text, "stamp": known, "why": why})
+
+    # --- streams that come and go ---------------------------------------------------------------------------------
+
+    def _look(self, now: float) -> None:
+        if self.hearing.look():
+            self._difference = float("nan")
+        silent = now - self._came
+        if not self._lost and silent < max(1.0, 0.25 * self._options.lost_s):
+            return
+        was = self.eeg.inlet.description
+        again = online_streams.another(self._network, Declared(name=was.name, type=was.type), was.uid)
+        if again is not None:
+            self.eeg.inlet.close()
+            self.eeg = online_streams.opened(self._network, again, self._decoder, self._options)
+            self.deciding.begin_stream()
+            self._difference, self._after, self._lost, self._first = float("nan"), float("-inf"), "", True
+            self._came = self._clock()
+            self._tell("the EEG is back")
+        elif silent >= self._options.lost_s:
+            there = any(one.uid == was.uid for one in self._network.visible())
+            state = "is there and brings nothing" if there else "is gone"
+            raise HardwareError(
+                f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
+                cure="start the amplifier's program again, then this command; the experiment goes on by itself",
+            )
