@@ -48,6 +48,7 @@ class Flow(Course):
         elif isinstance(report, m.Onset):
             self._onset(report)
         elif isinstance(report, m.InRadius):
+            self._turns.in_radius(report)
             if not (self._pause is not None or self._ending or self._turns.done):
                 self._offer(report.when)
         elif isinstance(report, m.Executed):

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
@@ -168,13 +169,14 @@ class Log:
         self._stale = True
         self._commit()
 
-    def move(self, move: Move, *, onset: float, t_f: float, ended: float, **more: Any) -> Row:
+    def move(self, move: Move, *, onset: float, t_f: float, ended: float, radius: float = math.nan, **more: Any) -> Row:
         """Write a finished move, and return its row.
 
         Args:
             move: What happened.
             onset, ended: When it began and ended, seconds of the clock of all times.
             t_f: How long it was to take, seconds.
+            radius: When the tool came within its radius, so that keys counted, seconds of that clock; NaN: unknown.
             more: JSON values that are worth knowing of it.
         """
         block, episode = self._begun(), self._episode
@@ -186,6 +188,8 @@ class Log:
         )  # fmt: skip
         self._rows.append(row)
         episode.take(row)
+        if not math.isnan(radius):
+            more["radius_s"] = round(radius - self._origin_s, 6)
         self._tell(experiments.MOVE, ended, **vars(row), last=episode.arrived, **more)
         self._log.add(authors_log.log_line(row))
         if episode.arrived and episode.episode == block.episodes:

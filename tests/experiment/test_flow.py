@@ -104,6 +104,27 @@ def test_keys_count_from_the_radius_on_in_the_persons_turn_only():
     assert {why: verdicts.count(why) for why in set(verdicts)} == dict(lab.flow.seen.keys)
 
 
+def test_a_key_is_judged_by_when_it_went_down_not_by_when_it_was_heard():
+    """One that went down before the tool came within its radius may be heard after that."""
+    lab, judged = Lab(SMALL, simulated=False), 0
+    while not lab.flow.over:
+        if lab.step():
+            continue
+        if lab.scenes[-1].title:
+            lab.now += 2
+            lab.flow.key(m.Key("N", lab.now))
+            continue
+        episode = lab.turns.episode
+        key = min(allowed(episode.owners, "human").intersection(episode.target))
+        opened = lab.flow.seen.moves[-1].radius if episode.moves else lab.now
+        for when, verdict in ((opened - 1e-3, EARLY), (opened, "")):
+            lab.flow.key(m.Key(key, when))
+            assert lab.log.keys[-1] == (key, verdict, when)
+        judged += bool(episode.moves)
+    assert judged > 3
+    assert lab.flow.seen.whole
+
+
 def test_a_pause_comes_at_rest_and_goes_on_with_the_same_session():
     lab = Lab(SMALL)
     lab.run(lambda lab: len(lab.log.rows) == 3)

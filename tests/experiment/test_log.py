@@ -82,6 +82,16 @@ def test_a_session_comes_back_whole(tmp_path, trials):
     assert ends[-1]["counted"]["wrong_keys"] == trials["key_wrong"].sum()
 
 
+def test_when_the_tool_came_within_its_radius_is_counted_as_the_onset_is(tmp_path, trials):
+    with begun(tmp_path) as log:
+        play(log, trials, most=1)
+        row = trials.iloc[1]
+        log.move(move_of(row), onset=2000.0, t_f=0.8, radius=2000.6, ended=2000.8)
+    first, second = lines_of(tmp_path, experiments.MOVE)
+    assert "radius_s" not in first
+    assert second["radius_s"] - second["onset_s"] == pytest.approx(0.6, abs=1e-6)
+
+
 def test_a_persons_log_has_the_authors_columns_and_a_simulated_one_says_so(tmp_path, trials):
     for simulated_human, folder in ((False, tmp_path / "person"), (True, tmp_path / "made")):
         with begun(folder, simulated=simulated_human) as log:
