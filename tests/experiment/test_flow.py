@@ -253,6 +253,16 @@ def test_an_arm_that_is_lost_in_a_pause_changes_nothing_but_times(moves, ends):
     same(rows(lab), expected())
 
 
+def test_only_markers_that_are_sent_are_counted():
+    """Moves that the grid's edge stops send none."""
+    lab = Lab(SessionParams(practice_episodes=1, blocks=4, episodes_per_block=6), seed=10).run()
+    moves = [request for _, request in lab.sent if isinstance(request, m.Go)]
+    stays = sum(move.start == move.end for move in moves)
+    assert stays
+    marks = sum(isinstance(request, m.Mark) for _, request in lab.sent)
+    assert lab.flow.seen.markers == len(moves) - stays + marks
+
+
 def test_a_session_that_ends_with_a_block_has_done_that_block():
     lab = Lab(SMALL)
     lab.run(lambda lab: begun(lab) and lab.turns.done and lab.turns.released)
