@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+import signal
+import threading
+from collections.abc import Iterator, Sequence
 from multiprocessing.connection import wait
 from typing import Any, Protocol
 
@@ -78,6 +80,7 @@ class RealTime:
         """
         with contextlib.ExitStack() as stack:
             stack.enter_context(interrupts.whole())
+            stack.enter_context(_not_suspended())
             if self._setup.options.screen:
                 self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
             running = stack.enter_context(
@@ -184,3 +187,16 @@ class RealTime:
 
     def _tell_patience(self) -> None:
         self._desk.say("the session ends as soon as the arm rests and all is written; a moment")
+
+
+@contextlib.contextmanager
+def _not_suspended() -> Iterator[None]:
+    """Ignore Ctrl-Z: the arm would go on, and nobody would hear of it. What is started meanwhile ignores it, too."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTSTP, before)

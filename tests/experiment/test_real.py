@@ -1,0 +1,112 @@
+"""A session in real time, in this process: an arm's side that freezes, and what else must not hang it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from types import SimpleNamespace
+
+import psutil
+import pytest
+
+from hrcneuro.arms.clock import seconds
+from hrcneuro.experiment.parameters import ExperimentOptions
+from hrcneuro.experiment.ports import Order
+from hrcneuro.experiment.real import RealTime
+from hrcneuro.experiment.session import Setup
+from hrcneuro.paradigm.params import SessionParams, TimingParams
+from hrcneuro.stages.robot import Config
+
+PATIENCE = 60.0  # s, of a busy machine
+
+
+class Desk:
+    """An experimenter who does something each time that this looks, until the session ends."""
+
+    def __init__(self, acts):
+        self.attended, self.said, self._acts, self._seen = True, [], acts, None
+        self._until = seconds() + PATIENCE
+
+    def waits_for(self):
+        return []
+
+    def asked(self):
+        assert seconds() < self._until, (self._seen, self.said)
+        return [] if self._seen is None else self._acts(self._seen)
+
+    def show(self, seen, now):
+        self._seen = seen
+
+    def say(self, text):
+        self.said.append(text)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Return what runs a session with an experimenter who acts so."""
+    # On a busy machine a simulated arm may be held up: not what is tested here.
+    robot = Config(rescue_folder=str(tmp_path / "kept"), lead_s=0.035, max_late_s=0.5)
+    options = ExperimentOptions(
+        human="simulated", drawn_tool=True, markers="none", screen=False, watch_recorder=False, pause_s=0.1, break_s=0.1
+    )
+    session = SessionParams(practice_episodes=0, blocks=2, episodes_per_block=1)
+
+    def run(acts):
+        desk = Desk(acts)
+        setup = Setup("s01", options, session, TimingParams(), 1, robot, tmp_path / "recordings")
+        return RealTime(setup, desk).run(), desk
+
+    return run
+
+
+def the_arm():
+    """Return the process of the arm's side."""
+    (arm,) = (one for one in psutil.Process().children() if "spawn_main" in " ".join(one.cmdline()))
+    return arm
+
+
+def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
+    """Frozen while it moves, the session goes on with another; frozen again, and asked to end before, it ends."""
+    done = SimpleNamespace(frozen=[], at=[], troubles=[])
+
+    def acts(seen):
+        if seen.trouble and len(done.troubles) < len(done.frozen):
+            done.troubles.append((seen.trouble, seen.cure, seconds() - done.at[-1]))
+            return [Order.GO_ON]
+        if seen.n_moves == len(done.frozen) + 1 and not seen.trouble and len(done.frozen) < 2:
+            arm = the_arm()
+            arm.suspend()
+            done.frozen.append(arm)
+            done.at.append(seconds())
+            return [Order.END] if len(done.frozen) == 2 else []
+        return []
+
+    seen, _ = run(acts)
+    (first, cure, after), *_ = done.troubles
+    assert "has said nothing for 2 s" in first
+    assert cure.startswith("press the emergency stop if the arm moves on")
+    assert "space (go on) begins with the arm anew" in cure
+    assert "--resume" in cure
+    assert 1.9 < after < 10.0
+    assert seen.stops == 2
+    assert not seen.whole
+    assert seen.n_moves >= 2
+    assert not any(arm.is_running() for arm in done.frozen)
+
+
+def test_ctrl_z_suspends_neither_the_session_nor_the_arm_and_is_as_before_afterwards(run):
+    sent = []
+
+    def acts(seen):
+        if seen.n_moves == 1 and not sent:
+            sent.append(the_arm())
+            for process in (os.getpid(), sent[0].pid):
+                for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+                    if process != os.getpid() or number == signal.SIGTSTP:
+                        os.kill(process, number)
+        return [Order.END] if seen.n_moves == 3 else []
+
+    before = signal.getsignal(signal.SIGTSTP)
+    seen, _ = run(acts)
+    assert (seen.n_moves >= 3, seen.stops, sent[0].is_running()) == (True, 0, False)
+    assert signal.getsignal(signal.SIGTSTP) == before
