@@ -53,6 +53,10 @@ class Flow(Course):
                 self._offer(report.when)
         elif isinstance(report, m.Executed):
             self._executed(report)
+        elif isinstance(report, m.Trouble):
+            self.seen.hardware = True
+            self._log.event("trouble", report.when, problem=report.problem, cure=report.cure)
+            self.trouble(report.problem, report.cure)
         elif isinstance(report, m.Halted):
             self._halted(report)
         elif isinstance(report, m.Ended):

@@ -263,6 +263,25 @@ def test_only_markers_that_are_sent_are_counted():
     assert lab.flow.seen.markers == len(moves) - stays + marks
 
 
+def test_trouble_beside_the_arm_pauses_at_rest_and_changes_nothing_but_times():
+    lab = Lab(SMALL)
+    lab.run(lambda lab: begun(lab) and lab.turns.released)
+    lab.flow.report(m.Trouble("the trigger port did not take code 1", "plug it in", lab.now))
+    lab.flow.tick(lab.now)
+    lab.run()
+    assert lab.scenes[-1].title == "Pause"
+    assert not lab.turns.released
+    seen = lab.flow.seen
+    assert (seen.trouble, seen.cure, seen.hardware) == ("the trigger port did not take code 1", "plug it in", True)
+    assert ("trouble", {"problem": seen.trouble, "cure": seen.cure}) in [
+        (kind, about) for kind, _, about in lab.log.events
+    ]
+    lab.flow.order(Order.GO_ON, lab.now)
+    assert not seen.trouble
+    assert lab.run().flow.seen.whole
+    same(rows(lab), expected())
+
+
 def test_a_session_that_ends_with_a_block_has_done_that_block():
     lab = Lab(SMALL)
     lab.run(lambda lab: begun(lab) and lab.turns.done and lab.turns.released)
