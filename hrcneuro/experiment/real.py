@@ -18,12 +18,17 @@ from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_process import ArmProcess
 from hrcneuro.experiment.arm_side import ArmSettings
 from hrcneuro.experiment.flow import Flow
+from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.ports import Order, Seen
 from hrcneuro.experiment.recorder_watch import RecorderWatch
 from hrcneuro.experiment.window.process import Window
 
 _LOOK_S = 0.5
 _STEP_S = 0.1
+_NO_ROOM = (
+    "the session ends as soon as there is room for the rest; asked to end once more, it ends now, and the lines that "
+    "are missing come out on the terminal"
+)
 
 
 class Desk(Protocol):
@@ -97,6 +102,8 @@ class RealTime:
             self._restart()
             self._go_on()
             interrupts.forget()
+            self._await_room(running.log)
+            interrupts.forget()
         return self._flow.seen
 
     def _go_on(self) -> None:
@@ -121,6 +128,24 @@ class RealTime:
             self._flow.tick(now)
             self._look(now)
             self._desk.show(seen, now)
+
+    def _await_room(self, log: Log) -> None:
+        """Wait until all is written that the disk had no room for, as long as somebody is there who can make some."""
+        told = False
+        while True:
+            try:
+                log.catch_up()
+            except HrcError as error:
+                if not self._desk.attended:
+                    return
+                if not told:
+                    self._desk.say(f"{error.problem}; {_NO_ROOM}")
+                told = True
+            else:
+                return
+            wait(self._desk.waits_for(), timeout=_LOOK_S)
+            if Order.END in self._desk.asked() or interrupts.asked():
+                return
 
     def _sources(self) -> list[Any]:
         arm = [self._arm.connection] if self._arm is not None and not self._arm.over else []

@@ -423,6 +423,41 @@ def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, tria
     assert [one["text"] for one in lines_of(tmp_path, "note")] == ["still full", "free again"]
 
 
+def test_what_has_no_room_at_the_end_is_told_whole(tmp_path, trials, monkeypatch):
+    """Put where the words say, the log goes on as if there had been room."""
+    log, path = begun(tmp_path), tmp_path / "s01" / experiments.FILE
+    play(log, trials, most=20)
+    real, room = os.write, 130
+
+    def full(file, data):
+        nonlocal room
+        part = data[:room]
+        room -= len(part)
+        if not part:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return real(file, part)
+
+    row = trials.iloc[20]
+    with monkeypatch.context() as patch:
+        patch.setattr(disk.os, "write", full)
+        with pytest.raises(StageError, match="No space left on device"):
+            log.move(move_of(row), onset=2000.0, t_f=0.8, ended=2001.0)
+        with pytest.raises(StageError, match="No space left on device"):
+            log.catch_up()
+        with pytest.raises(StageError, match="No space left on device") as error:
+            log.close()
+    assert "in the place of the last line" in error.value.cure
+    words, *missing = f"{error.value.problem}\n".splitlines(keepends=True)
+    assert f"missing at the end of {path}" in words
+    assert [json.loads(line)["kind"] for line in missing] == [experiments.MOVE, experiments.END]
+    whole, _, torn = path.read_bytes().rpartition(b"\n")
+    assert torn
+    assert missing[0].startswith(torn.decode())
+    path.write_bytes(whole + b"\n" + "".join(missing).encode())
+    begun(tmp_path, resume=True).close()
+    same(pair_follows_from_the_rows(tmp_path), trials.head(21), but=[*TIMES, *_ANNOTATED])
+
+
 def test_a_disk_that_has_room_for_rows_and_none_for_new_files_leaves_a_log_that_can_be_read(
     tmp_path, trials, monkeypatch
 ):

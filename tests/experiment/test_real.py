@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 import signal
 from types import SimpleNamespace
@@ -10,11 +12,14 @@ import psutil
 import pytest
 
 from hrcneuro.arms.clock import seconds
+from hrcneuro.errors import StageError
+from hrcneuro.experiment import disk
 from hrcneuro.experiment.parameters import ExperimentOptions
 from hrcneuro.experiment.ports import Order
 from hrcneuro.experiment.real import RealTime
 from hrcneuro.experiment.session import Setup
 from hrcneuro.paradigm.params import SessionParams, TimingParams
+from hrcneuro.sources import experiments
 from hrcneuro.stages.robot import Config
 
 PATIENCE = 60.0  # s, of a busy machine
@@ -51,10 +56,9 @@ def run(tmp_path):
     )
     session = SessionParams(practice_episodes=0, blocks=2, episodes_per_block=1)
 
-    def run(acts):
-        desk = Desk(acts)
+    def run(desk):
         setup = Setup("s01", options, session, TimingParams(), 1, robot, tmp_path / "recordings")
-        return RealTime(setup, desk).run(), desk
+        return RealTime(setup, desk).run()
 
     return run
 
@@ -81,7 +85,7 @@ def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
             return [Order.END] if len(done.frozen) == 2 else []
         return []
 
-    seen, _ = run(acts)
+    seen = run(Desk(acts))
     (first, cure, after), *_ = done.troubles
     assert "has said nothing for 2 s" in first
     assert cure.startswith("press the emergency stop if the arm moves on")
@@ -92,6 +96,43 @@ def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
     assert not seen.whole
     assert seen.n_moves >= 2
     assert not any(arm.is_running() for arm in done.frozen)
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_disk_that_is_full_at_the_end_is_waited_for(run, monkeypatch, tmp_path, waits):
+    """Or, asked to end once more, the session ends with the lines that are missing."""
+    state, real = SimpleNamespace(full=False, asked=0), os.write
+
+    def write(file, data):
+        if state.full:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return real(file, data)
+
+    def acts(seen):
+        if seen.n_moves >= 1 and not state.full and not state.asked:
+            state.full = True
+            return [Order.END]
+        if any("as soon as there is room" in text for text in desk.said):
+            state.asked += 1
+            if state.asked == 3:
+                state.full = not waits
+                return [] if waits else [Order.END]
+        return []
+
+    desk = Desk(acts)
+    with monkeypatch.context() as patch:
+        patch.setattr(disk, "os", SimpleNamespace(**{**vars(os), "write": write}))
+        if waits:
+            run(desk)
+        else:
+            with pytest.raises(StageError, match=r"No space left on device; .*missing at the end of") as error:
+                run(desk)
+            assert json.loads(error.value.problem.splitlines()[-1])["kind"] == experiments.END
+    assert state.asked == 3
+    assert sum("as soon as there is room" in text for text in desk.said) == 1
+    entries, _ = experiments.read(tmp_path / "recordings" / "s01" / experiments.FILE)
+    kinds = [entry["kind"] for entry in entries]
+    assert ("ends early" in kinds, kinds[-1] == experiments.END) == (waits, waits)
 
 
 def test_ctrl_z_suspends_neither_the_session_nor_the_arm_and_is_as_before_afterwards(run):
@@ -107,6 +148,6 @@ def test_ctrl_z_suspends_neither_the_session_nor_the_arm_and_is_as_before_afterw
         return [Order.END] if seen.n_moves == 3 else []
 
     before = signal.getsignal(signal.SIGTSTP)
-    seen, _ = run(acts)
+    seen = run(Desk(acts))
     assert (seen.n_moves >= 3, seen.stops, sent[0].is_running()) == (True, 0, False)
     assert signal.getsignal(signal.SIGTSTP) == before
