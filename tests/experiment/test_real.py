@@ -70,7 +70,7 @@ def the_arm():
 
 
 def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
-    """Frozen while it moves, the session goes on with another; frozen again, and asked to end before, it ends."""
+    """Frozen while it moves, the session goes on with another; frozen again, it ends by Ctrl-C."""
     done = SimpleNamespace(frozen=[], at=[], troubles=[])
 
     def acts(seen):
@@ -82,7 +82,8 @@ def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
             arm.suspend()
             done.frozen.append(arm)
             done.at.append(seconds())
-            return [Order.END] if len(done.frozen) == 2 else []
+            if len(done.frozen) == 2:
+                os.kill(os.getpid(), signal.SIGINT)
         return []
 
     seen = run(Desk(acts))
@@ -93,6 +94,7 @@ def test_an_arms_side_that_freezes_stops_the_session_which_goes_on_or_ends(run):
     assert "--resume" in cure
     assert 1.9 < after < 10.0
     assert seen.stops == 2
+    assert seen.interrupted
     assert not seen.whole
     assert seen.n_moves >= 2
     assert not any(arm.is_running() for arm in done.frozen)
@@ -141,10 +143,11 @@ def test_ctrl_z_suspends_neither_the_session_nor_the_arm_and_is_as_before_afterw
     def acts(seen):
         if seen.n_moves == 1 and not sent:
             sent.append(the_arm())
-            for process in (os.getpid(), sent[0].pid):
-                for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
-                    if process != os.getpid() or number == signal.SIGTSTP:
-                        os.kill(process, number)
+            for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+                sent[0].send_signal(number)
+            # Sent here, where it is not ignored, it would suspend the tests.
+            assert signal.getsignal(signal.SIGTSTP) == signal.SIG_IGN
+            os.kill(os.getpid(), signal.SIGTSTP)
         return [Order.END] if seen.n_moves == 3 else []
 
     before = signal.getsignal(signal.SIGTSTP)
