@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.errors import HardwareError
 from hrcneuro.live import onsets
 from hrcneuro.live.onsets import OnOnset
 from hrcneuro.robot.plan import evoking
@@ -33,7 +34,11 @@ def on_onset_of(config: Any, driven: Driven, trials: pd.DataFrame, stack: contex
     texts = [move.marker(driven.subject) for move in driven.moves]
     source = f"hrcneuro robot {driven.subject}"
     if config.trigger.port != "none":
-        senders.append(onsets.trigger(config.trigger, stack))
+
+        def failed(error: HardwareError) -> None:
+            driven.words.say(error.problem, cure=error.cure)
+
+        senders.append(onsets.trigger(config.trigger, stack, failed=failed))
     if config.markers == "lsl":
         senders.append(onsets.Markers(source, config.recorder_wait_s, stack).at_onsets(texts, driven.stamps))
     if config.truth:

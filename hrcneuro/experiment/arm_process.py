@@ -22,13 +22,21 @@ from hrcneuro.arms.words import on_stderr
 from hrcneuro.experiment import arm_side
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_side import ArmSettings
-from hrcneuro.experiment.messages import Ended, Halted, Health, Report, Request, Said
+from hrcneuro.experiment.messages import Ended, Finish, Halted, Health, Ready, Report, Request, Said
 
 _WAITING = 200  # reports that nobody has taken; beyond it, what tells of the arm's health is left out
 _LAST_S = 2.0  # for the last reports to be taken
 _KEEPS_S = 60.0  # to stop the arm and to keep what it did
 # What a terminal sends to all of its processes is for the flow, which then asks the arm to finish.
-_NOT_OURS = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
+_NOT_OURS = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
+_BEGINS_S = 90.0  # without a word until it is ready: libraries, a controller that starts, somebody who records
+_SILENT_S = 2.0  # afterwards: how the arm is comes a few times a second
+_ENDS_S = 5.0  # once it is asked to finish: streams and ports are closed, a simulated controller ends
+_LOOK_S = 0.25  # counts at most as silence between two looks: this process, or the machine, may have slept
+_LOST = (
+    "press the emergency stop if the arm moves on; once it rests, space (go on) begins with the arm anew; or end here, "
+    "and start the experiment again with --resume"
+)
 
 
 class ArmProcess:
@@ -49,6 +57,7 @@ class ArmProcess:
         ahead.restart()
         self._ahead, self._say = ahead, say
         self._over = False
+        self._patience, self._silence, self._looked = _BEGINS_S, 0.0, seconds()
         context = multiprocessing.get_context("spawn")
         requests, self._requests = context.Pipe(duplex=False)
         self.connection, reports = context.Pipe(duplex=False)
@@ -87,31 +96,53 @@ class ArmProcess:
             ConfigError: The arm cannot do it; it was not asked.
         """
         self._ahead.check(request)
+        if isinstance(request, Finish):
+            self._patience = _ENDS_S
         with contextlib.suppress(OSError):
             self._requests.send(request)
 
     def reports(self) -> list[Report]:
-        """Return what was reported since the last call; never waits."""
+        """Return what was reported since the last call; never waits.
+
+        A process that says nothing for too long, as one that is frozen, is killed; that is then its last report.
+        """
         found: list[Report] = []
         try:
             while not self._over and self.connection.poll():
                 report = self.connection.recv()
+                self._silence = 0.0
                 if isinstance(report, Said):
                     self._say(report.text)
                     continue
+                if isinstance(report, Ready) and self._patience == _BEGINS_S:
+                    self._patience = _SILENT_S
                 found.append(report)
                 self._over = isinstance(report, Ended | Halted)
         except (EOFError, OSError):
-            self._over = True
-            found.append(
-                Halted(
-                    "the process that drives the arm has ended without a word: the arm's own watchdog stops it",
-                    "press the emergency stop if the arm moves on; then start the experiment again with --resume",
-                    False,
-                    seconds(),
-                )
-            )
+            found.append(self._lost("has ended without a word"))
+        if not self._over and self._is_silent():
+            self.kill()
+            found.append(self._lost(f"has said nothing for {self._patience:g} s and was ended"))
         return found
+
+    def kill(self) -> None:
+        """End the process at once, whatever it does; it then keeps nothing of what the arm did, and reports nothing."""
+        self._over = True
+        self._process.kill()
+        # One that waits for a broken device cannot even be killed.
+        self._process.join(_LAST_S)
+
+    def _is_silent(self) -> bool:
+        now = seconds()
+        self._silence += min(now - self._looked, _LOOK_S)
+        self._looked = now
+        return self._silence > self._patience
+
+    def _lost(self, what: str) -> Halted:
+        self._over = True
+        return Halted(
+            f"the process that drives the arm {what}: the arm's own watchdog stops it", _LOST, False, seconds()
+        )
 
     def close(self) -> None:
         """Ask for nothing more, which stops an arm that still moves, and wait until what it did is kept."""
@@ -122,8 +153,7 @@ class ArmProcess:
             self._take_words()
             self._process.join(0.05)
         if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+            self.kill()
         self._take_words()
         self.connection.close()
 

@@ -37,6 +37,7 @@ Ask = Callable[[float], Request | None]
 
 _HEALTH_S = 0.25
 _AGAIN = "then let the session go on"
+_OPENED_AGAIN = "end here, then go on with --resume"
 _ANEW = "start the experiment again with --resume: it goes on at the next block"
 
 
@@ -125,6 +126,7 @@ class _Side:
         self._markers: onsets.Markers | None = None
         self._truths: onsets.Truths | None = None
         self._senders: list[onsets.OnOnset] = []
+        self._failed: deque[HrcError] = deque()  # beside the arm, and not told yet; other threads add to it
         self._loop: Loop
         self._clock: Clock
 
@@ -176,7 +178,8 @@ class _Side:
         # The trigger first: it times the recording.
         config, source = self._config, f"hrcneuro experiment {self._settings.subject}"
         if config.trigger.port != "none":
-            self._senders.append(onsets.trigger(config.trigger, stack, codes=self._codes))
+            port = onsets.trigger(config.trigger, stack, failed=self._failed.append, codes=self._codes)
+            self._senders.append(port)
         if config.markers == "lsl":
             self._markers = onsets.Markers(source, config.recorder_wait_s, stack)
             self._senders.append(self._markers.at_onsets(self._texts, self._driven.stamps))
@@ -192,6 +195,9 @@ class _Side:
             if self._health_due >= 0.0:
                 self._send(health)
             self._health_due = now + _HEALTH_S
+        while self._failed:
+            error = self._failed.popleft()
+            self._send(messages.Trouble(error.problem, f"{error.cure}: {_OPENED_AGAIN}", self._absolute(now)))
         self._poll(now)
         return self._gone()
 

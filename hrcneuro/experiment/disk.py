@@ -31,7 +31,7 @@ class Growing:
             OSError: It cannot be opened, or is there already.
         """
         self.path = path
-        self._waiting = b""
+        self._waiting = self._torn = b""
         self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | (os.O_EXCL if new else 0), 0o666)
 
     def add(self, line: str) -> None:
@@ -45,7 +45,14 @@ class Growing:
             OSError: The disk took a part of it; the rest waits.
         """
         while self._waiting:
-            self._waiting = self._waiting[os.write(self._file, self._waiting) :]
+            written = os.write(self._file, self._waiting)
+            self._torn = (self._torn + self._waiting[:written]).rpartition(b"\n")[2]
+            self._waiting = self._waiting[written:]
+
+    @property
+    def missing(self) -> str:
+        """The lines that wait, whole also where the disk took a part of the first."""
+        return (self._torn + self._waiting).decode() if self._waiting else ""
 
     def sync(self) -> None:
         """Wait until all that was written is on the disk.

@@ -48,10 +48,15 @@ class Flow(Course):
         elif isinstance(report, m.Onset):
             self._onset(report)
         elif isinstance(report, m.InRadius):
+            self._turns.in_radius(report)
             if not (self._pause is not None or self._ending or self._turns.done):
                 self._offer(report.when)
         elif isinstance(report, m.Executed):
             self._executed(report)
+        elif isinstance(report, m.Trouble):
+            self.seen.hardware = True
+            self._log.event("trouble", report.when, problem=report.problem, cure=report.cure)
+            self.trouble(report.problem, report.cure)
         elif isinstance(report, m.Halted):
             self._halted(report)
         elif isinstance(report, m.Ended):

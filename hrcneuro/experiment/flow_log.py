@@ -37,7 +37,9 @@ class FlowLog:
         """A move has ended."""
         more: dict[str, Any] = {} if math.isnan(turn.marked) else {"marker_stamp": round(turn.marked, 6)}
         more |= {"again": True} if turn.again else {}
-        self._try(lambda: self._log.move(turn.move, onset=turn.onset, t_f=turn.go.t_f, ended=when, **more))
+        self._try(
+            lambda: self._log.move(turn.move, onset=turn.onset, t_f=turn.go.t_f, radius=turn.radius, ended=when, **more)
+        )
         if self._each_move or turn.last:
             self._try(self._log.flush_table)
 

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
@@ -168,13 +169,14 @@ class Log:
         self._stale = True
         self._commit()
 
-    def move(self, move: Move, *, onset: float, t_f: float, ended: float, **more: Any) -> Row:
+    def move(self, move: Move, *, onset: float, t_f: float, ended: float, radius: float = math.nan, **more: Any) -> Row:
         """Write a finished move, and return its row.
 
         Args:
             move: What happened.
             onset, ended: When it began and ended, seconds of the clock of all times.
             t_f: How long it was to take, seconds.
+            radius: When the tool came within its radius, so that keys counted, seconds of that clock; NaN: unknown.
             more: JSON values that are worth knowing of it.
         """
         block, episode = self._begun(), self._episode
@@ -186,6 +188,8 @@ class Log:
         )  # fmt: skip
         self._rows.append(row)
         episode.take(row)
+        if not math.isnan(radius):
+            more["radius_s"] = round(radius - self._origin_s, 6)
         self._tell(experiments.MOVE, ended, **vars(row), last=episode.arrived, **more)
         self._log.add(authors_log.log_line(row))
         if episode.arrived and episode.episode == block.episodes:
@@ -219,30 +223,43 @@ class Log:
         if not self._real_time:
             self._attempt(self._sync)
 
+    def catch_up(self) -> None:
+        """Write what could not be written before.
+
+        Raises:
+            StageError: Nor can it now.
+        """
+        self._commit()
+
     def close(self, *, complete: bool = False, why: str = "") -> None:
         """Write how the session ended, and let go of the files; what was closed stays so.
 
         Args:
             complete: It came to its end, so that it cannot be resumed.
             why: It ended early.
+
+        Raises:
+            StageError: The disk has no room; the lines that ``experiment.jsonl`` lacks are told.
         """
         if self._lock is None:
             return
         self._close_episode()
         self._tell(experiments.END, None, complete=complete, why=why, counted=vars(self.counters))
         try:
-            self._commit()
-            self.flush_table()
-        finally:
-            self._waiter.end()
             try:
-                self._attempt(self._sync)
+                self._commit()
+                self.flush_table()
             finally:
-                self._journal.close()
-                self._log.close()
-                os.close(self._lock)
-                self._lock = None
-        self._raise_fault()
+                self._waiter.end()
+                self._attempt(self._sync)
+            self._raise_fault()
+        except StageError as error:
+            raise self._with_missing(error) from error
+        finally:
+            self._journal.close()
+            self._log.close()
+            os.close(self._lock)
+            self._lock = None
 
     def __enter__(self) -> Self:
         return self
@@ -317,6 +334,17 @@ class Log:
             write()
         except OSError as error:
             raise self._explained(error) from error
+
+    def _with_missing(self, error: StageError) -> StageError:
+        """Add the lines that the disk had no room for: they are nowhere else."""
+        missing = self._journal.missing
+        if not missing:
+            return error
+        return StageError(
+            f"{error.problem}; these lines are missing at the end of {self._journal.path}:\n{missing.rstrip()}",
+            cure="once there is room, put them there, in the place of the last line where that has no end; then go on "
+            "with --resume",
+        )
 
     def _explained(self, error: OSError) -> StageError:
         return StageError(

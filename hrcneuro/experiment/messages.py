@@ -137,13 +137,22 @@ class Ended:
 
 
 @dataclass(frozen=True)
+class Trouble:
+    """Something beside the arm failed, such as the trigger port: the arm goes on; the session should pause at rest."""
+
+    problem: str
+    cure: str
+    when: float
+
+
+@dataclass(frozen=True)
 class Said:
     """What the arm's side tells the experimenter, a line or two; the flow does not hear it."""
 
     text: str
 
 
-Report = Ready | Arrived | Onset | InRadius | Executed | Health | Halted | Ended
+Report = Ready | Arrived | Onset | InRadius | Executed | Health | Trouble | Halted | Ended
 
 # --- to the window ----------------------------------------------------------------------------------------------------
 

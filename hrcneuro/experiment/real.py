@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+import signal
+import threading
+from collections.abc import Iterator, Sequence
 from multiprocessing.connection import wait
 from typing import Any, Protocol
 
@@ -16,12 +18,17 @@ from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_process import ArmProcess
 from hrcneuro.experiment.arm_side import ArmSettings
 from hrcneuro.experiment.flow import Flow
+from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.ports import Order, Seen
 from hrcneuro.experiment.recorder_watch import RecorderWatch
 from hrcneuro.experiment.window.process import Window
 
 _LOOK_S = 0.5
 _STEP_S = 0.1
+_NO_ROOM = (
+    "the session ends as soon as there is room for the rest; asked to end once more, it ends now, and the lines that "
+    "are missing come out on the terminal"
+)
 
 
 class Desk(Protocol):
@@ -78,6 +85,7 @@ class RealTime:
         """
         with contextlib.ExitStack() as stack:
             stack.enter_context(interrupts.whole())
+            stack.enter_context(_not_suspended())
             if self._setup.options.screen:
                 self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
             running = stack.enter_context(
@@ -93,6 +101,8 @@ class RealTime:
             interrupts.hold()
             self._restart()
             self._go_on()
+            interrupts.forget()
+            self._await_room(running.log)
             interrupts.forget()
         return self._flow.seen
 
@@ -118,6 +128,24 @@ class RealTime:
             self._flow.tick(now)
             self._look(now)
             self._desk.show(seen, now)
+
+    def _await_room(self, log: Log) -> None:
+        """Wait until all is written that the disk had no room for, as long as somebody is there who can make some."""
+        told = False
+        while True:
+            try:
+                log.catch_up()
+            except HrcError as error:
+                if not self._desk.attended:
+                    return
+                if not told:
+                    self._desk.say(f"{error.problem}; {_NO_ROOM}")
+                told = True
+            else:
+                return
+            wait(self._desk.waits_for(), timeout=_LOOK_S)
+            if Order.END in self._desk.asked() or interrupts.asked():
+                return
 
     def _sources(self) -> list[Any]:
         arm = [self._arm.connection] if self._arm is not None and not self._arm.over else []
@@ -184,3 +212,16 @@ class RealTime:
 
     def _tell_patience(self) -> None:
         self._desk.say("the session ends as soon as the arm rests and all is written; a moment")
+
+
+@contextlib.contextmanager
+def _not_suspended() -> Iterator[None]:
+    """Ignore Ctrl-Z: the arm would go on, and nobody would hear of it. What is started meanwhile ignores it, too."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTSTP, before)

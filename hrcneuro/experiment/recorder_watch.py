@@ -30,10 +30,11 @@ class RecorderWatch:
 
     def look(self) -> str:
         """Return what is wrong with the recording; an empty text where nothing is, or where nobody has recorded."""
-        newest = max(self._folder.glob(f"*/{journal.FILE}"), default=None)
+        # The arm's own recordings lie beside it, and may be younger; only who records locks.
+        newest = max(self._folder.glob(f"*/{LOCK}"), default=None)
         if newest is None:
             return ""
-        running = _is_locked(newest.parent / LOCK)
+        running = _is_locked(newest)
         if not (running or self.seen):
             return ""
         self.seen = True

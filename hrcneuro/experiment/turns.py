@@ -31,6 +31,7 @@ class Turn:
         where: Its ``subject``, ``scenario``, ``block``, ``episode`` and ``practice``.
         reaction_s: Of a simulated person, after keys are accepted.
         onset: When its motion began, seconds; NaN until it does.
+        radius: When the tool came within its radius, seconds; NaN until it does.
         marked: The stamp of its marker on LSL's clock; NaN without one.
         again: It is made once more, since the arm was stopped in it.
         last: It ends the episode.
@@ -41,6 +42,7 @@ class Turn:
     where: dict[str, Any]
     reaction_s: float = 0.0
     onset: float = math.nan
+    radius: float = math.nan
     marked: float = math.nan
     again: bool = False
     last: bool = False
@@ -87,7 +89,7 @@ class Turns:
         self._count, self._number = n_moves, 0
         self._decided: deque[Turn] = deque()
         self._asked: deque[Turn] = deque()  # of the arm, and not ended; two while one is in its radius
-        self._open = False
+        self._open, self._opened_at = False, math.nan
         self._block: DrawnBlock | None = None
 
     def begin_block(self, block: DrawnBlock) -> None:
@@ -160,7 +162,7 @@ class Turns:
             wait_s: The robot, and a simulated person, wait so long first.
         """
         if not self._decided:
-            self._open = not self.episode.over
+            self._open, self._opened_at = not self.episode.over, now
             return None
         turn = self._decided[0]
         robots = turn.move.actor == "robot" or turn.again
@@ -176,7 +178,8 @@ class Turns:
             return NOTHING_DUE
         if self.next_actor != "human":
             return ROBOTS_TURN if self.next_actor else NOTHING_DUE
-        if not self._open or self._decided:
+        # What opened the turn may have been heard before a key that went down earlier.
+        if not self._open or self._decided or key.when < self._opened_at:
             return EARLY
         if refusal := self.episode.refusal(key.name):
             return refusal
@@ -201,6 +204,10 @@ class Turns:
         turn = next(turn for turn in self._asked if turn.go.index == report.index)
         turn.onset, turn.marked = report.when, report.marked
         return turn
+
+    def in_radius(self, report: m.InRadius) -> None:
+        """Take when the tool came within the radius of a released move."""
+        next(turn for turn in self._asked if turn.go.index == report.index).radius = report.when
 
     def executed(self, report: m.Executed) -> Turn:
         """Take the end of a move."""

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from typing import Any
 
+from hrcneuro.errors import HardwareError
 from hrcneuro.live.lsl import LslOutlet
 from hrcneuro.live.markers import MarkerOutlet
 from hrcneuro.live.transport import TRUTH
@@ -19,18 +20,25 @@ OnOnset = Callable[[Callable[[], float], int], None]
 _AT_FIRST_S = 1.0
 
 
-def trigger(options: TriggerOptions, stack: contextlib.ExitStack, *, codes: Sequence[int] | None = None) -> OnOnset:
+def trigger(
+    options: TriggerOptions,
+    stack: contextlib.ExitStack,
+    *,
+    failed: Callable[[HardwareError], object],
+    codes: Sequence[int] | None = None,
+) -> OnOnset:
     """Return what lets a code stand on a port at each onset.
 
     Args:
         options: Which port.
         stack: Closes the port.
+        failed: Is told once, in another thread, that a code did not go out.
         codes: One a move, which may grow; none: ``options.move_code`` for all.
 
     Raises:
         HardwareError: The port cannot be opened.
     """
-    port = stack.enter_context(TriggerPort(options, time.perf_counter))
+    port = stack.enter_context(TriggerPort(options, time.perf_counter, failed=failed))
     if codes is None:
         return lambda age, move: port.signal(options.move_code)
     return lambda age, move: port.signal(codes[move])

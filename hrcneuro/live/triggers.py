@@ -48,17 +48,25 @@ class TriggerPort:
         delays_s: From the call of :meth:`signal` to the code on the port, of each, seconds.
     """
 
-    def __init__(self, options: TriggerOptions, clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        options: TriggerOptions,
+        clock: Callable[[], float],
+        *,
+        failed: Callable[[HardwareError], object] = lambda error: None,
+    ) -> None:
         """Open it.
 
         Args:
             options: Which port.
             clock: Seconds.
+            failed: Is told once, in the port's own thread, that a code did not go out; it must not wait.
 
         Raises:
             HardwareError: byte-triggers is not installed, or the port cannot be opened.
         """
         self._port, self._clock = _opened(options), clock
+        self._options, self._failed = options, failed
         self.delays_s: list[float] = []
         self._codes: queue.SimpleQueue[tuple[int, float] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="triggers", daemon=True)
@@ -78,10 +86,24 @@ class TriggerPort:
         self._codes.put((code, self._clock()))
 
     def _write(self) -> None:
+        told = False
         while (job := self._codes.get()) is not None:
             code, asked = job
             self.delays_s.append(self._clock() - asked)
-            self._port.signal(code)
+            try:
+                self._port.signal(code)
+            except Exception as error:
+                # The next codes are tried all the same.
+                if not told:
+                    told = True
+                    self._failed(self._fault(code, error))
+
+    def _fault(self, code: int, error: Exception) -> HardwareError:
+        why = (str(error) or type(error).__name__).splitlines()[0]
+        return HardwareError(
+            f"the {self._options.port} trigger port {self._options.address!r} did not take code {code}: {why}",
+            cure="see that the box is plugged in; codes may be missing until a new start opens the port again",
+        )
 
 
 def _opened(options: TriggerOptions) -> Any:

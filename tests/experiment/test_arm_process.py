@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+import tty
 from multiprocessing.connection import wait
 from pathlib import Path
 
@@ -39,6 +40,7 @@ from hrcneuro.experiment.messages import (
     Mark,
     Onset,
     Ready,
+    Trouble,
     Truth,
 )  # fmt: skip
 from hrcneuro.live.markers import NAME
@@ -211,6 +213,30 @@ def test_an_arms_side_that_is_killed_is_missed(config, ahead):
         assert not halted.rests
         arm.send(Go(0, (3, 3), (3, 4), 0.7, marker(0)))
         assert arm.reports() == []
+
+
+def test_a_trigger_port_that_goes_away_is_trouble_and_stops_no_arm(config, ahead):
+    pytest.importorskip("byte_triggers", reason="byte-triggers is not installed: hrcneuro[triggers]")
+    here, there = os.openpty()
+    tty.setraw(there)
+    name = os.ttyname(there)
+    port = TriggerOptions(port="serial", address=name, pulse_ms=1.0)
+    with ArmProcess(ArmSettings(dataclasses.replace(config, trigger=port), "s01"), ahead) as arm:
+        reports = Reports(arm)
+        reports.until(Ready)
+        os.close(here)
+        os.close(there)
+        arm.send(Go(0, (3, 3), (3, 4), 0.7, marker(0)))
+        reports.until(Executed)
+        arm.send(Go(1, (3, 4), (3, 3), 0.7, marker(1)))
+        reports.until(Executed)
+        arm.send(Finish())
+        reports.until(Ended)
+    (trouble,) = reports.of(Trouble)
+    assert f"the serial trigger port '{name}' did not take code 1" in trouble.problem
+    assert "--resume" in trouble.cure
+    first, _ = reports.of(Executed)
+    assert trouble.when < first.when
 
 
 def test_an_arms_side_that_cannot_begin_says_why(config, ahead, tmp_path):

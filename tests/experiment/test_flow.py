@@ -104,6 +104,27 @@ def test_keys_count_from_the_radius_on_in_the_persons_turn_only():
     assert {why: verdicts.count(why) for why in set(verdicts)} == dict(lab.flow.seen.keys)
 
 
+def test_a_key_is_judged_by_when_it_went_down_not_by_when_it_was_heard():
+    """One that went down before the tool came within its radius may be heard after that."""
+    lab, judged = Lab(SMALL, simulated=False), 0
+    while not lab.flow.over:
+        if lab.step():
+            continue
+        if lab.scenes[-1].title:
+            lab.now += 2
+            lab.flow.key(m.Key("N", lab.now))
+            continue
+        episode = lab.turns.episode
+        key = min(allowed(episode.owners, "human").intersection(episode.target))
+        opened = lab.flow.seen.moves[-1].radius if episode.moves else lab.now
+        for when, verdict in ((opened - 1e-3, EARLY), (opened, "")):
+            lab.flow.key(m.Key(key, when))
+            assert lab.log.keys[-1] == (key, verdict, when)
+        judged += bool(episode.moves)
+    assert judged > 3
+    assert lab.flow.seen.whole
+
+
 def test_a_pause_comes_at_rest_and_goes_on_with_the_same_session():
     lab = Lab(SMALL)
     lab.run(lambda lab: len(lab.log.rows) == 3)
@@ -229,6 +250,35 @@ def test_an_arm_that_is_lost_in_a_pause_changes_nothing_but_times(moves, ends):
     lab.flow.order(Order.GO_ON, lab.now)
     lab.run()
     assert lab.flow.seen.whole
+    same(rows(lab), expected())
+
+
+def test_only_markers_that_are_sent_are_counted():
+    """Moves that the grid's edge stops send none."""
+    lab = Lab(SessionParams(practice_episodes=1, blocks=4, episodes_per_block=6), seed=10).run()
+    moves = [request for _, request in lab.sent if isinstance(request, m.Go)]
+    stays = sum(move.start == move.end for move in moves)
+    assert stays
+    marks = sum(isinstance(request, m.Mark) for _, request in lab.sent)
+    assert lab.flow.seen.markers == len(moves) - stays + marks
+
+
+def test_trouble_beside_the_arm_pauses_at_rest_and_changes_nothing_but_times():
+    lab = Lab(SMALL)
+    lab.run(lambda lab: begun(lab) and lab.turns.released)
+    lab.flow.report(m.Trouble("the trigger port did not take code 1", "plug it in", lab.now))
+    lab.flow.tick(lab.now)
+    lab.run()
+    assert lab.scenes[-1].title == "Pause"
+    assert not lab.turns.released
+    seen = lab.flow.seen
+    assert (seen.trouble, seen.cure, seen.hardware) == ("the trigger port did not take code 1", "plug it in", True)
+    assert ("trouble", {"problem": seen.trouble, "cure": seen.cure}) in [
+        (kind, about) for kind, _, about in lab.log.events
+    ]
+    lab.flow.order(Order.GO_ON, lab.now)
+    assert not seen.trouble
+    assert lab.run().flow.seen.whole
     same(rows(lab), expected())
 
 

@@ -82,6 +82,16 @@ def test_a_session_comes_back_whole(tmp_path, trials):
     assert ends[-1]["counted"]["wrong_keys"] == trials["key_wrong"].sum()
 
 
+def test_when_the_tool_came_within_its_radius_is_counted_as_the_onset_is(tmp_path, trials):
+    with begun(tmp_path) as log:
+        play(log, trials, most=1)
+        row = trials.iloc[1]
+        log.move(move_of(row), onset=2000.0, t_f=0.8, radius=2000.6, ended=2000.8)
+    first, second = lines_of(tmp_path, experiments.MOVE)
+    assert "radius_s" not in first
+    assert second["radius_s"] - second["onset_s"] == pytest.approx(0.6, abs=1e-6)
+
+
 def test_a_persons_log_has_the_authors_columns_and_a_simulated_one_says_so(tmp_path, trials):
     for simulated_human, folder in ((False, tmp_path / "person"), (True, tmp_path / "made")):
         with begun(folder, simulated=simulated_human) as log:
@@ -411,6 +421,41 @@ def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, tria
     log.close()
     same(pair_follows_from_the_rows(tmp_path), trials.head(21), but=[*TIMES, *_ANNOTATED])
     assert [one["text"] for one in lines_of(tmp_path, "note")] == ["still full", "free again"]
+
+
+def test_what_has_no_room_at_the_end_is_told_whole(tmp_path, trials, monkeypatch):
+    """Put where the words say, the log goes on as if there had been room."""
+    log, path = begun(tmp_path), tmp_path / "s01" / experiments.FILE
+    play(log, trials, most=20)
+    real, room = os.write, 130
+
+    def full(file, data):
+        nonlocal room
+        part = data[:room]
+        room -= len(part)
+        if not part:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return real(file, part)
+
+    row = trials.iloc[20]
+    with monkeypatch.context() as patch:
+        patch.setattr(disk.os, "write", full)
+        with pytest.raises(StageError, match="No space left on device"):
+            log.move(move_of(row), onset=2000.0, t_f=0.8, ended=2001.0)
+        with pytest.raises(StageError, match="No space left on device"):
+            log.catch_up()
+        with pytest.raises(StageError, match="No space left on device") as error:
+            log.close()
+    assert "in the place of the last line" in error.value.cure
+    words, *missing = f"{error.value.problem}\n".splitlines(keepends=True)
+    assert f"missing at the end of {path}" in words
+    assert [json.loads(line)["kind"] for line in missing] == [experiments.MOVE, experiments.END]
+    whole, _, torn = path.read_bytes().rpartition(b"\n")
+    assert torn
+    assert missing[0].startswith(torn.decode())
+    path.write_bytes(whole + b"\n" + "".join(missing).encode())
+    begun(tmp_path, resume=True).close()
+    same(pair_follows_from_the_rows(tmp_path), trials.head(21), but=[*TIMES, *_ANNOTATED])
 
 
 def test_a_disk_that_has_room_for_rows_and_none_for_new_files_leaves_a_log_that_can_be_read(

@@ -1,6 +1,7 @@
 """Triggers on a real serial line, whose other end the test holds; ports that are not there."""
 
 import os
+import queue
 import sys
 import threading
 import time
@@ -51,6 +52,26 @@ def test_what_was_asked_before_the_end_still_goes_out(line):
         port.signal(9)
     assert read(end, 3) == bytes([0, 9, 0])
     assert all(one.name != "triggers" for one in threading.enumerate())
+
+
+def test_a_port_that_goes_away_is_told_once_and_hinders_nobody():
+    here, there = os.openpty()
+    tty.setraw(there)
+    told, name = queue.SimpleQueue(), os.ttyname(there)
+    options = TriggerOptions(port="serial", address=name, pulse_ms=1.0)
+    with TriggerPort(options, time.perf_counter, failed=told.put) as port:
+        port.signal(3)
+        assert read(here, 3) == bytes([0, 3, 0])
+        os.close(here)
+        os.close(there)
+        for code in (4, 5, 6):
+            port.signal(code)
+        error = told.get(timeout=10.0)
+        assert f"the serial trigger port '{name}' did not take code" in error.problem
+        assert "plugged in" in error.cure
+    # All codes were tried before the port's end.
+    assert len(port.delays_s) == 4
+    assert told.empty()
 
 
 @pytest.mark.parametrize(("port", "address"), [("serial", "/dev/no-such-box"), ("parallel", "/dev/no-such-port")])
