@@ -227,7 +227,8 @@ class Turns:
         start = self.episode.tile
         move = self.episode.act(intended)
         t_f = float(travel(1, rng=self._the_block.draw.timing, params=self._timing)[0])
-        text = markers.of_move(**self.where, trial=move.trial)
+        ahead = "" if self.episode.over else self.episode.target
+        text = markers.of_move(**self.where, trial=move.trial, actor=move.actor, next=ahead)
         go = m.Go(self._count, start, (move.row, move.col), t_f, text, self._code)
         self._count += 1
         turn = Turn(move, go, self.where, last=self.episode.over)
