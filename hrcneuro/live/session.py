@@ -146,6 +146,11 @@ class Session:
                 self._seen[stream.key] = now
             # One look may miss a stream that is there.
             stream.gone = now - self._seen.setdefault(stream.key, now) >= _GONE_S or stream.inlet is None
+            # One that liblsl has found again by itself comes, whatever is seen.
+            if stream.gone and (stream.inlet is None or now - stream.watch.came >= _GONE_S):
+                self.recorder.lose(stream, "it is seen no more")
+            else:
+                self.recorder.find(stream)
             if stream.key not in self._opening and (stream.gone or stream.watch.stalled):
                 for description in self._again(stream, there):
                     self._opening[stream.key] = self._helper.submit(self._network.open, description)

@@ -53,7 +53,7 @@ class Event:
             return f"it has ended ({self.why}); it is looked for"
         if self.kind == "stall":
             return f"no samples for {self.seconds:.1f} s"
-        return f"samples come again after {self.seconds:.1f} s"
+        return f"{self.why or 'samples come again'} after {self.seconds:.1f} s"
 
 
 @dataclass
@@ -112,6 +112,11 @@ class StreamWatch:
         self.count += len(stamps)
         self.last, self._came = float(stamps[-1]), now
         return events
+
+    @property
+    def came(self) -> float:
+        """When the newest samples were pulled, seconds of the receiver's clock; minus infinity before any came."""
+        return self._came if self.count and self._came is not None else float("-inf")
 
     def silent(self, now: float) -> float:
         """Return for how long a regular stream has been silent, s; 0 for one of irregular times."""

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from virtual_streams import Amplifier, Sender, VirtualNetwork
 
+from hrcneuro.cli.console import Console
+from hrcneuro.cli.recording_view import View
 from hrcneuro.live import journal, part, preparation, selfcheck, session
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.recorder import OWN
@@ -285,6 +287,45 @@ def test_markers_of_another_run_under_another_source_id_are_taken_up(house):
     house.session.close()
     assert house.read()["moves"]["time_series"] == [["move/trial=9"]]
     assert checked(house)["markers"].whole
+
+
+@pytest.mark.parametrize("recovers", [True, False])
+def test_markers_that_vanish_are_told_once_and_so_is_their_return(house, recovers):
+    """Also where nobody who pulls is told of it, as with LSL."""
+    house.network.recovers = recovers
+    house.begin()
+    house.go_on(1)
+    house.markers.push([house.network.now], [["move/trial=1"]])
+    house.markers.end()
+    house.go_on(6)
+    assert house.told == [("markers", "lost")]
+    (stream,) = (one for one in house.session.recorder.streams if one.key == "markers")
+    assert "gone" in View(Console(), house.folder, OPTIONS)._line(stream)
+    again = Sender("moves", "Markers", source_id="robot")
+    house.network.outlets.append(again)
+    house.go_on(2)
+    house.session.close()
+    assert house.told == [("markers", "lost"), ("markers", "back")]
+    marks = [row[0].partition("/samples")[0] for row in house.read()[OWN]["time_series"]]
+    assert marks == ["lost/stream=markers", "back/stream=markers"]
+
+
+@pytest.mark.parametrize("recovers", [True, False])
+def test_markers_that_end_on_purpose_are_not_told_to_be_lost(house, recovers):
+    house.network.recovers = recovers
+    house.begin()
+    house.markers.push([house.network.now], [["end/subject=s01"]])
+    house.go_on(1)
+    house.markers.end()
+    house.go_on(6)
+    assert house.told == []
+
+
+def test_a_stream_whose_samples_come_is_not_lost_where_no_look_sees_it(house):
+    house.begin()
+    house.network.visible = list
+    house.go_on(6)
+    assert house.told == [("markers", "lost")]
 
 
 def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
