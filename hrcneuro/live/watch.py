@@ -25,7 +25,8 @@ class Event:
     """Something that a person should know of a stream.
 
     Attributes:
-        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed`` or ``slept``.
+        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed``, ``source`` or
+            ``slept``.
         stamp: Where, seconds of the sender's clock: of the last sample before it.
         seconds: How long it lasted, or by how much the clock was set; 0 where that is not known yet.
         samples: How many are missing.
@@ -49,6 +50,8 @@ class Event:
             return f"{self.samples} texts are not in UTF-8 and are left out"
         if self.kind == "changed":
             return f"it came back another ({self.why}); it is recorded as a stream of its own"
+        if self.kind == "source":
+            return f"another sender has taken its place ({self.why})"
         if self.kind == "lost":
             return f"it has ended ({self.why}); it is looked for"
         if self.kind == "stall":

@@ -36,6 +36,23 @@ class AtOnce:
         return future
 
 
+class Later:
+    """An executor that does what it is asked to when it is told to."""
+
+    def __init__(self):
+        self.asked = []
+
+    def submit(self, function, *arguments):
+        future = Future()
+        self.asked.append(lambda: future.set_result(function(*arguments)))
+        return future
+
+    def work(self):
+        asked, self.asked = self.asked, []
+        for one in asked:
+            one()
+
+
 class House:
     """A network with an amplifier and markers, and a recording of them."""
 
@@ -46,7 +63,7 @@ class House:
         self.amplifier = Amplifier(self.network, self.eeg)
         self.told = []
 
-    def begin(self, options=OPTIONS):
+    def begin(self, options=OPTIONS, helper=None):
         opened = preparation.prepare(self.network, self.network.clock, self.network.wait, options)
         preparation.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {"subject": "s01"})
@@ -56,7 +73,7 @@ class House:
         self.notes.begin({"file": path.name})
         self.session = session.Session(
             self.network, self.network.clock, opened, options, self.part, self.notes,
-            tell=lambda stream, event: self.told.append((stream.key, event.kind)), helper=AtOnce(),
+            tell=lambda stream, event: self.told.append((stream.key, event.kind)), helper=helper or AtOnce(),
         )  # fmt: skip
         return self
 
@@ -326,6 +343,91 @@ def test_a_stream_whose_samples_come_is_not_lost_where_no_look_sees_it(house):
     house.network.visible = list
     house.go_on(6)
     assert house.told == [("markers", "lost")]
+
+
+def sources_of(house):
+    (stream,) = (one for one in house.session.recorder.streams if one.key == "eeg")
+    return stream.inlet and stream.inlet.description.source_id
+
+
+def test_an_amplifier_that_stalls_is_not_exchanged_for_its_neighbour(house):
+    house.begin()
+    house.go_on(1)
+    twin = Sender(source_id="two")
+    house.network.outlets.append(twin)
+    Amplifier(house.network, twin, scale=1e4)
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(4)
+    assert sources_of(house) == "one"
+    house.network.on_wait.append(house.amplifier)
+    house.go_on(1)
+    house.session.close()
+    assert house.told == [("eeg", "stall"), ("eeg", "back")]
+    assert not np.diff(house.read()["amp"]["time_series"][:, 0]).std()
+
+
+def test_of_several_streams_that_fit_the_one_with_the_same_source_id_is_taken(house):
+    house.begin()
+    house.go_on(1)
+    house.network.outlets.remove(house.eeg)
+    house.network.on_wait.remove(house.amplifier)
+    house.network.outlets += [Sender(source_id="two"), Sender(source_id="one")]
+    house.go_on(5)
+    assert sources_of(house) == "one"
+    assert ("eeg", "source") not in house.told
+
+
+def test_another_source_id_is_told_and_marked_each_time(house):
+    house.begin()
+    for source_id in ("two", "three"):
+        house.go_on(1)
+        house.network.outlets.pop(0)
+        house.network.outlets.insert(0, Sender(source_id=source_id))
+        house.go_on(5)
+        assert sources_of(house) == source_id
+    house.session.close()
+    assert house.told.count(("eeg", "source")) == 2
+    events = journal.read(house.folder)["parts"][0]["events"]
+    assert "'two', now 'three'" in [one["text"] for one in events if one["kind"] == "source"][1]
+    assert sum(row[0].startswith("source/stream=eeg/") for row in house.read()[OWN]["time_series"]) == 2
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_two_streams_alike_that_come_back_together_are_both_taken_up_each_its_own(house, known):
+    keys = [Sender("keys", "Markers", source_id=name if known else "") for name in "ab"]
+    house.network.outlets += keys
+    helper = Later()
+    house.begin(helper=helper)
+    house.go_on(1)
+    for one in keys:
+        house.network.outlets.remove(one)
+        one.end()
+    house.go_on(4)
+    again = [Sender("keys", "Markers", source_id=name if known else "") for name in "ba"]
+    house.network.outlets += again
+    house.go_on(2)  # both are asked for before the first one has answered
+    helper.work()
+    house.go_on(1)
+    helper.work()
+    house.go_on(1)
+    streams = {one.key: one for one in house.session.recorder.streams}
+    uids = [streams[key].inlet.description.uid for key in ("keys", "keys#2")]
+    if known:
+        assert uids == [again[1].description.uid, again[0].description.uid]
+    assert set(uids) == {one.description.uid for one in again}
+
+
+def test_a_stream_is_not_taken_for_another_that_is_away_too(house):
+    keys = [Sender("keys", "Markers", source_id=name) for name in "ab"]
+    house.network.outlets += keys
+    house.begin()
+    house.go_on(1)
+    for one in keys:
+        house.network.outlets.remove(one)
+    house.network.outlets.append(Sender("keys", "Markers", source_id="b"))
+    house.go_on(5)
+    gone = {one.key: one.gone for one in house.session.recorder.streams}
+    assert gone == {"eeg": False, "markers": False, "keys": True, "keys#2": False}
 
 
 def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
