@@ -372,6 +372,8 @@ def test_of_several_streams_that_fit_the_one_with_the_same_source_id_is_taken(ho
     house.network.outlets.remove(house.eeg)
     house.network.on_wait.remove(house.amplifier)
     house.network.outlets += [Sender(source_id="two"), Sender(source_id="one")]
+    for one in house.network.outlets[-2:]:
+        Amplifier(house.network, one)
     house.go_on(5)
     assert sources_of(house) == "one"
     assert ("eeg", "source") not in house.told
