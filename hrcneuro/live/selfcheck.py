@@ -90,7 +90,7 @@ def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) ->
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
     if not sfreq and len(stamps) and markers.is_end(str(stream["time_series"][-1][0])):
         about = {**about, "gone": False}  # it said so
-    flaws = list(_flaws(about, stamps, sfreq, rate))
+    flaws = [*_flaws(about, stamps, sfreq, rate), *_cut_short(stream, entries.get(key, {}) if same else {}, part)]
     return Checked(
         part=number,
         stream=key,
@@ -119,6 +119,27 @@ def _flaws(about: Mapping[str, Any], stamps: np.ndarray, sfreq: float, rate: flo
         yield "it had ended before the recording did"
     elif sfreq and about.get("silent_s", 0) > _LATE_S:
         yield f"it had been silent for {about['silent_s']:.1f} s in the end"
+
+
+def _cut_short(stream: Mapping[str, Any], noted: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what tells that a stream in a file is not all that was taken: the recorder was killed, or the file is cut.
+
+    Args:
+        stream: As pyxdf has it.
+        noted: What ``session.json`` says of it; nothing where it does not.
+        part: What it says of the part.
+    """
+    there = len(stream["time_stamps"])
+    footer = ((stream.get("footer") or {}).get("info") or {}).get("sample_count")
+    if not footer:
+        yield "it has no end mark: the recorder was killed, or the file is cut short"
+    elif there < int(footer[0]):
+        yield f"its end mark counts {footer[0]} samples"
+    if part.get("state") in (journal.FULL, journal.FAILED):
+        yield f"its part was {part['state']}"
+    # Of a part that ended, the count says so; of one that was killed, this is from some seconds before that.
+    if part.get("state") != journal.ENDED and there < (noted.get("samples") or 0):
+        yield f"{noted['samples'] - there} fewer than the recorder had noted"
 
 
 def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:

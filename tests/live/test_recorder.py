@@ -194,7 +194,37 @@ def test_what_a_killed_recorder_left_opens_and_a_resumed_one_goes_on_in_a_new_pa
     house.session.close()
     assert path.read_bytes() == before
     assert [one["file"] for one in journal.read(house.folder)["parts"]] == ["part1.xdf", "part2.xdf"]
-    assert {(one.part, one.stream) for one in selfcheck.check(house.folder)} >= {(1, "eeg"), (2, "eeg")}
+    judged = {(one.part, one.stream): one for one in selfcheck.check(house.folder)}
+    assert {key: one.whole for key, one in judged.items()} == {
+        (1, "eeg"): False, (1, "markers"): False, (2, "eeg"): True, (2, "markers"): True,
+    }  # fmt: skip
+    assert "no end mark" in judged[1, "eeg"].flaws[0]
+
+
+@pytest.mark.parametrize("ended", [True, False])
+def test_a_file_that_is_cut_is_held_against_what_the_recorder_noted(house, ended):
+    house.begin()
+    house.go_on(25)
+    if ended:
+        house.session.close()
+    path = house.part.path
+    with path.open("r+b") as file:
+        file.truncate(path.stat().st_size // 2)
+    eeg = checked(house)["eeg"]
+    assert not eeg.whole
+    assert eeg.samples < 1500
+    assert any("no end mark" in flaw for flaw in eeg.flaws)
+    assert eeg.counted == 2500 if ended else "fewer than the recorder had noted" in eeg.flaws[1]
+
+
+def test_a_part_that_its_disk_ended_is_not_whole_though_its_file_is(house):
+    house.begin()
+    house.go_on(3)
+    house.session.close()
+    assert checked(house)["eeg"].whole
+    house.notes.part["state"] = journal.FULL
+    house.notes.write()
+    assert "stopped by its disk" in checked(house)["eeg"].flaws[0]
 
 
 def test_a_full_disk_ends_it_and_the_file_ends_with_a_whole_chunk(house, monkeypatch):
