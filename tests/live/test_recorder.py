@@ -12,7 +12,7 @@ from virtual_streams import Amplifier, Sender, VirtualNetwork
 
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
-from hrcneuro.live import journal, part, preparation, selfcheck, session
+from hrcneuro.live import journal, part, preparation, selfcheck, session, xdf
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.recorder import OWN
 
@@ -215,6 +215,55 @@ def test_a_file_that_is_cut_is_held_against_what_the_recorder_noted(house, ended
     assert eeg.samples < 1500
     assert any("no end mark" in flaw for flaw in eeg.flaws)
     assert eeg.counted == 2500 if ended else "fewer than the recorder had noted" in eeg.flaws[1]
+
+
+class Wavering(Amplifier):
+    """One whose driver stamps chunks of 50 ms when they arrive: early and late by much, after a quiet beginning."""
+
+    def __call__(self, now):
+        late = self.rng.normal(0, 0.01) if now > 1010 else 0.0
+        self.ahead = abs(late)
+        super().__call__(now)
+
+
+def test_what_the_recorder_told_to_be_missing_is_not_whole_though_the_whole_shows_no_gap(house):
+    house.network.on_wait.remove(house.amplifier)
+    house.amplifier = Wavering(house.network, house.eeg)
+    house.begin()
+    house.go_on(5)
+    first = house.amplifier.sent + 20
+    house.amplifier.skip = set(range(first, first + 2))
+    house.go_on(30)
+    house.session.close()
+    about = journal.read(house.folder)["parts"][0]
+    told = about["counts"]["eeg"]["gap"]
+    eeg = checked(house)["eeg"]
+    assert (eeg.gaps, eeg.missing) == (told, about["streams"]["eeg"]["missing"])
+    assert not eeg.whole
+    (house.folder / journal.FILE).unlink()
+    assert not all(one.whole for one in selfcheck.check(house.folder))
+
+
+def test_each_part_is_judged_also_beside_one_that_cannot_be_read(house):
+    house.begin()
+    house.go_on(2)
+    house.session.close()
+    whole = house.part.path.read_bytes()
+    for number, content in enumerate((b"", whole[:104], whole[:833], b"no such file"), start=2):
+        part.path_of(house.folder, number).write_bytes(content)
+    judged = selfcheck.check(house.folder)
+    assert {one.part for one in judged} == {1, 2, 3, 4, 5}
+    assert all(one.whole == (one.part == 1) for one in judged)
+
+
+def test_a_stream_that_is_not_in_the_file_at_all_is_told(house):
+    house.begin()
+    house.go_on(2)
+    house.session.close()
+    with house.part.path.open("r+b") as file:
+        file.truncate(len(xdf.MAGIC + xdf.file_header("2026-01-01T00:00:00+00:00")))
+    assert checked(house)["eeg"].flaws == ["it is not in the file"]
+    assert checked(house)["eeg"].counted == 200
 
 
 def test_a_part_that_its_disk_ended_is_not_whole_though_its_file_is(house):
