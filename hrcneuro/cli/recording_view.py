@@ -127,7 +127,7 @@ class View:
 
     def _line(self, stream: Stream) -> str:
         about, watch = stream.description, stream.watch
-        state = "gone" if stream.inlet is None else "SILENT" if watch.stalled else "comes"
+        state = "gone" if stream.inlet is None or stream.gone else "SILENT" if watch.stalled else "comes"
         missing = f", {watch.missing} missing" if watch.missing else ""
         rate = f" at {about.sfreq:g} Hz" if about.sfreq else ""
         return f"{stream.key} ({about.name}): {state}, {watch.count:,} samples{rate}{missing}"

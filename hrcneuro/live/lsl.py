@@ -114,17 +114,23 @@ class LslInlet:
         """Connect.
 
         Raises:
-            Lost: It is seen, and no connection comes about.
+            Lost: It is seen, and no connection comes about, or its description cannot be read.
         """
         # liblsl itself finds a stream again by its source id, and what had come by then is not lost.
-        self._inlet = lsl.StreamInlet(description.handle, max_buffered=_WAITS_S, recover=bool(description.source_id))
         try:
+            recover = bool(description.source_id)
+            self._inlet = lsl.StreamInlet(description.handle, max_buffered=_WAITS_S, recover=recover)
             self._inlet.open_stream(timeout=_OPEN_S)
             # Only now are labels and units there.
             self.description = described(self._inlet.get_sinfo(timeout=_OPEN_S))
         except (TimeoutError, RuntimeError) as error:
             raise Lost(
                 f"it is seen, and no connection to it comes about within {_OPEN_S:g} s: does a firewall stand between?"
+            ) from error
+        except Exception as error:
+            # What others send must not end a recording: a description with a control character is no XML.
+            raise Lost(
+                f"it is seen, and what it says of itself cannot be read ({type(error).__name__}: {error})"
             ) from error
         self._clock = lsl.local_clock
         self._measured: list[tuple[float, float]] = []

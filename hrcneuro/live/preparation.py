@@ -45,7 +45,7 @@ class Opened:
 def prepare(network: Network, clock: Clock, wait: Wait, options: RecordOptions) -> Opened:
     """Return the streams to be recorded, open and looked at, with all that stands against recording them."""
     chosen, problems = _found(network, clock, wait, options.streams, options.wait_s)
-    opened = Opened(problems=problems)
+    opened = Opened(problems=[*problems])
     for key, description in chosen.items():
         opened.problems += preflight.says(key, options.streams[key], _open(network, key, description, opened))
     if options.others:
@@ -58,6 +58,10 @@ def prepare(network: Network, clock: Clock, wait: Wait, options: RecordOptions) 
                 except Lost as error:
                     opened.left_out[description.name] = str(error)
     _look(opened, clock, wait, options.look_s)
+    # One look at the network may miss a stream that is there: a twin may be seen only by now.
+    known = {one.stream for one in problems}
+    later = preflight.choose(options.streams, network.visible())[1]
+    opened.problems += [one for one in later if one.kind == "doubled" and one.stream not in known]
     for key, look in opened.looks.items():
         if key in options.streams:
             opened.problems += preflight.comes(key, options.streams[key], look, options)

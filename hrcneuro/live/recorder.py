@@ -16,6 +16,7 @@ from hrcneuro.live import xdf
 from hrcneuro.live.part import Part
 from hrcneuro.live.transport import RECORDER, Clock, Description, Inlet, Lost, Samples
 from hrcneuro.live.watch import Event, StreamWatch
+from hrcneuro.paradigm import markers
 
 OWN = RECORDER
 _OWN_NUMBER = 1
@@ -45,6 +46,7 @@ class Stream:
         offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
         last: The newest samples, for who looks on.
         gone: Whether it is not on the network any more, as far as is known.
+        lost: Since when it is told to be lost, seconds of the recorder's clock; none where it is not.
         garbled: Texts that could not be read.
         ended: Whether another one has taken its place.
         silent: How long it had been silent when the recording was ended, s.
@@ -61,12 +63,20 @@ class Stream:
     offsets: list[tuple[float, float]] = field(default_factory=list)
     last: Samples | None = None
     gone: bool = False
+    lost: float | None = None
     garbled: int = 0
     pulls: int = 0
     ended: bool = False
     silent: float = 0.0
     overlap: float = float("nan")
     lags: deque[float] = field(default_factory=lambda: deque(maxlen=_LAGS))
+
+    @property
+    def said_end(self) -> bool:
+        """Whether its newest text tells that none comes any more: such a stream ends on purpose."""
+        if self.last is None or self.description.channel_format != "string":
+            return False
+        return markers.is_end(str(self.last.values[-1][0]))
 
 
 Tell = Callable[[Stream, Event], None]
@@ -114,6 +124,22 @@ class Recorder:
         if stream.inlet is not None:
             stream.inlet.close()
         stream.inlet, stream.gone, stream.overlap = inlet, False, stream.watch.last
+        self.find(stream)
+
+    def lose(self, stream: Stream, why: str) -> None:
+        """Tell of a stream that is gone, once, unless it has ended on purpose."""
+        if stream.lost is None and not stream.said_end:
+            stream.lost = self._clock()
+            self.mark(stream, Event("lost", stream.watch.last, why=why))
+
+    def find(self, stream: Stream) -> None:
+        """Tell that a stream is there again, where it was told to be lost."""
+        if stream.lost is None:
+            return
+        seconds, stream.lost = self._clock() - stream.lost, None
+        # Of one that is silent, the watch tells when its samples come.
+        if not stream.watch.stalled:
+            self.mark(stream, Event("back", stream.watch.last, seconds, why="it is there again"))
 
     def replace(self, stream: Stream, inlet: Inlet) -> None:
         """Go on with a stream that is another one now: the one in the file ends here, and a new one begins."""
@@ -182,7 +208,7 @@ class Recorder:
         except Lost as error:
             stream.inlet.close()
             stream.inlet = None
-            self.mark(stream, Event("lost", stream.watch.last, why=str(error)))
+            self.lose(stream, str(error))
             return
         if garbled := stream.inlet.garbled():
             stream.garbled += garbled

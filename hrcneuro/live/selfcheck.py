@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -36,7 +37,7 @@ class Checked:
         stream: Its name in the configuration, or its own.
         samples: In the file.
         counted: By the recorder; none where it was killed before it could say.
-        missing: Samples that never came, by the stamps.
+        missing: Samples that never came, by the stamps or by what the recorder has marked.
         gaps: In how many places.
         drift_ppm: How much faster the sender's clock runs than the recorder's, parts in a million; none where that
             cannot be told.
@@ -58,25 +59,61 @@ class Checked:
 
 
 def check(folder: Path) -> list[Checked]:
-    """Return what each part of a recording holds of each stream.
-
-    Raises:
-        Exception: What pyxdf raises of a file that it cannot read.
-    """
-    import pyxdf
-
+    """Return what each part of a recording holds of each stream; a part that cannot be read has a flaw that says so."""
     logging.getLogger("pyxdf").setLevel(logging.CRITICAL)
     said = {one.get("file"): one for one in journal.parts(folder)}
-    found = []
-    for path in sorted(folder.glob("part*.xdf"), key=number_of):
-        streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False, verbose=False)
-        about = said.get(path.name, {})
-        ours = [one for one in streams if (one["info"].get("source_id") or [""])[0] != OWN]
-        found += [_checked(number_of(path), one, about) for one in ours]
-    return found
+    paths = sorted(folder.glob("part*.xdf"), key=number_of)
+    return [one for path in paths for one in _part(path, said.get(path.name, {}))]
 
 
-def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) -> Checked:
+def _part(path: Path, about: Mapping[str, Any]) -> list[Checked]:
+    import pyxdf
+
+    number = number_of(path)
+    try:
+        # pyxdf leaves open what it opens and cannot read.
+        with path.open("rb") as file:
+            streams, _ = pyxdf.load_xdf(file, synchronize_clocks=False, dejitter_timestamps=False, verbose=False)
+    except Exception as error:
+        # pyxdf raises whatever a damaged chunk leads to; the other parts are judged all the same.
+        return [_nothing(number, path.name, f"it cannot be read: {error}")]
+    told, ours = _told(streams), [one for one in streams if not _is_own(one)]
+    found = [_checked(number, one, about, told) for one in ours]
+    numbers = [one["info"]["stream_id"] for one in ours]
+    found += [
+        _nothing(number, key, "it is not in the file", counted=noted.get("samples"))
+        for key, noted in about.get("streams", {}).items()
+        if noted.get("number") not in numbers
+    ]
+    # Without session.json it is not known which stream was meant.
+    found += [
+        _nothing(number, key, f"the recorder has marked {told[key][1]} missing samples of it")
+        for key in told.keys() - {one.stream for one in found}
+    ]
+    return found or [_nothing(number, path.name, "it holds no stream")]
+
+
+def _nothing(number: int, stream: str, flaw: str, *, counted: int | None = None) -> Checked:
+    return Checked(number, stream, 0, counted, 0, 0, None, 0.0, [flaw], whole=False)
+
+
+def _is_own(stream: Mapping[str, Any]) -> bool:
+    return (stream["info"].get("source_id") or [""])[0] == OWN
+
+
+def _told(streams: Sequence[Mapping[str, Any]]) -> dict[str, tuple[int, int]]:
+    """Return the gaps that the recorder has marked: in how many places, and how many samples, of each stream."""
+    told: dict[str, tuple[int, int]] = {}
+    for text in (str(row[0]) for one in streams if _is_own(one) for row in one["time_series"]):
+        if mark := re.match(r"gap/stream=(.*)/samples=(\d+)/", text):
+            places, samples = told.get(mark[1], (0, 0))
+            told[mark[1]] = places + 1, samples + int(mark[2])
+    return told
+
+
+def _checked(
+    number: int, stream: Mapping[str, Any], part: Mapping[str, Any], told: Mapping[str, tuple[int, int]]
+) -> Checked:
     info = stream["info"]
     entries: Mapping[str, Any] = part.get("streams", {})
     same = [key for key, one in entries.items() if one.get("number") == info["stream_id"]]
@@ -86,11 +123,13 @@ def _checked(number: int, stream: Mapping[str, Any], part: Mapping[str, Any]) ->
     stamps, sfreq = np.asarray(stream["time_stamps"], float), float(info["nominal_srate"][0])
     watch = StreamWatch(sfreq, stall_s=np.inf)
     watch.learn(stamps)
-    holes, missing = _holes(watch, stamps)
+    # What was seen as it came, by how the stamps wavered then, may show in no step of the whole.
+    seen = zip(_holes(watch, stamps), told.get(key, (0, 0)), strict=True)
+    holes, missing = (max(pair) for pair in seen)
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
     if not sfreq and len(stamps) and markers.is_end(str(stream["time_series"][-1][0])):
         about = {**about, "gone": False}  # it said so
-    flaws = list(_flaws(about, stamps, sfreq, rate))
+    flaws = [*_flaws(about, stamps, sfreq, rate), *_cut_short(stream, entries.get(key, {}) if same else {}, part)]
     return Checked(
         part=number,
         stream=key,
@@ -119,6 +158,27 @@ def _flaws(about: Mapping[str, Any], stamps: np.ndarray, sfreq: float, rate: flo
         yield "it had ended before the recording did"
     elif sfreq and about.get("silent_s", 0) > _LATE_S:
         yield f"it had been silent for {about['silent_s']:.1f} s in the end"
+
+
+def _cut_short(stream: Mapping[str, Any], noted: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what tells that a stream in a file is not all that was taken: the recorder was killed, or the file is cut.
+
+    Args:
+        stream: As pyxdf has it.
+        noted: What ``session.json`` says of it; nothing where it does not.
+        part: What it says of the part.
+    """
+    there = len(stream["time_stamps"])
+    footer = ((stream.get("footer") or {}).get("info") or {}).get("sample_count")
+    if not footer:
+        yield "it has no end mark: the recorder was killed, or the file is cut short"
+    elif there < int(footer[0]):
+        yield f"its end mark counts {footer[0]} samples"
+    if part.get("state") in (journal.FULL, journal.FAILED):
+        yield f"its part was {part['state']}"
+    # Of a part that ended, the count says so; of one that was killed, this is from some seconds before that.
+    if part.get("state") != journal.ENDED and there < (noted.get("samples") or 0):
+        yield f"{noted['samples'] - there} fewer than the recorder had noted"
 
 
 def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:

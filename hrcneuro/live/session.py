@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from typing import Any
 
@@ -59,6 +59,8 @@ class Session:
         self._network, self._clock, self._options, self._notes = network, clock, options, notes
         self._say, self._helper = tell, helper
         self._opening: dict[str, Future[Inlet]] = {}
+        self._asked: dict[str, str] = {}  # uids of those that are being opened
+        self._was: dict[str, Description] = {}  # the newest run of each stream
         self._noted = clock()
         self._recent: dict[str, deque[float]] = {}
         self._seen: dict[str, float] = {}
@@ -88,6 +90,7 @@ class Session:
             self._follow(now)
         for key in [key for key, opening in self._opening.items() if opening.done()]:
             opening = self._opening.pop(key)
+            del self._asked[key]
             with contextlib.suppress(Lost):
                 self._take_over(self._stream(key), opening.result())
         if now - self._noted >= _NOTE_EVERY_S:
@@ -146,25 +149,48 @@ class Session:
                 self._seen[stream.key] = now
             # One look may miss a stream that is there.
             stream.gone = now - self._seen.setdefault(stream.key, now) >= _GONE_S or stream.inlet is None
-            if stream.key not in self._opening and (stream.gone or stream.watch.stalled):
-                for description in self._again(stream, there):
-                    self._opening[stream.key] = self._helper.submit(self._network.open, description)
-                    break
+            # One that liblsl has found again by itself comes, whatever is seen.
+            if stream.gone and (stream.inlet is None or now - stream.watch.came >= _GONE_S):
+                self.recorder.lose(stream, "it is seen no more")
+            else:
+                self.recorder.find(stream)
+            wanted = stream.key not in self._opening and (stream.gone or stream.watch.stalled)
+            if wanted and (description := self._again(stream, there)) is not None:
+                self._asked[stream.key] = description.uid
+                self._opening[stream.key] = self._helper.submit(self._network.open, description)
 
-    def _again(self, stream: Stream, there: Sequence[Description]) -> Iterator[Description]:
-        was = stream.description if stream.inlet is None else stream.inlet.description
+    def _newest(self, stream: Stream) -> Description:
+        return self._was.get(stream.key, stream.description)
+
+    def _again(self, stream: Stream, there: Sequence[Description]) -> Description | None:
+        """Return another run of a stream, or what may stand in its place; None where neither is there."""
+        was = self._newest(stream)
         declared = self._options.streams.get(stream.key.partition("#")[0]) or Declared(name=was.name, type=was.type)
-        taken = {one.inlet.description.uid for one in self.recorder.streams if one.inlet is not None} | {was.uid}
-        for one in there:
-            if preflight.fits(declared, one) and preflight.recordable(one) and one.uid not in taken:
-                yield one
+        others = [self._newest(one) for one in self.recorder.streams if one is not stream and not one.ended]
+        taken = {one.uid for one in others} | {was.uid, *self._asked.values()}
+        fit = [
+            one for one in there
+            if preflight.fits(declared, one) and preflight.recordable(one) and one.uid not in taken
+        ]  # fmt: skip
+        same = [one for one in fit if one.source_id and one.source_id == was.source_id]
+        # While the stream itself is seen, another one is beside it, not in its place. And what has the source id of
+        # another stream that is recorded is that one's next run.
+        away = was.uid not in {one.uid for one in there}
+        theirs = {one.source_id for one in others} - {""}
+        return next((one for one in [*same, *fit] if one in same or (away and one.source_id not in theirs)), None)
 
     def _take_over(self, stream: Stream, inlet: Inlet) -> None:
         """Go on with a stream from another inlet; where it is another stream by now, it gets a header of its own."""
+        was, now = self._newest(stream), inlet.description
         self._seen[stream.key] = self._clock()
+        self._was[stream.key] = now
+        if now.source_id != was.source_id:
+            why = f"source id {_short(was.source_id)!r}, now {_short(now.source_id)!r}"
+            self.recorder.mark(stream, Event("source", stream.watch.last, why=why))
         if other := _differs(stream.description, inlet.description):
             self.recorder.mark(stream, Event("changed", stream.watch.last, why=other))
             self.recorder.replace(stream, inlet)
+            self._was[self.recorder.streams[-1].key] = now
         else:
             self.recorder.resume(stream, inlet)
 

@@ -19,12 +19,15 @@ class VirtualNetwork:
 
     Attributes:
         now: The time, seconds.
+        recovers: Whether a stream with a source id is silent once its sender has ended, as LSL's is, which waits for
+            another run of it; else whoever pulls is told.
         on_wait: Called with the time whenever it has moved on.
     """
 
     def __init__(self, *outlets: VirtualOutlet, now: float = 1000.0) -> None:
         """Begin with these streams."""
         self.outlets, self.now = list(outlets), now
+        self.recovers = False
         self.on_wait: list[Callable[[float], object]] = []
 
     def clock(self) -> float:
@@ -111,7 +114,7 @@ class VirtualInlet:
         waiting, self.waiting = self.waiting, []
         texts = self.description.channel_format == "string"
         if not waiting:
-            if not self._outlet.there:
+            if not self._outlet.there and not (self._network.recovers and self.description.source_id):
                 raise Lost("its sender has ended")
             return Samples(np.zeros(0), () if texts else np.zeros((0, self.description.n_channels)))
         stamps = np.concatenate([stamps for stamps, _ in waiting])

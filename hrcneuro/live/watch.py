@@ -25,7 +25,8 @@ class Event:
     """Something that a person should know of a stream.
 
     Attributes:
-        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed`` or ``slept``.
+        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed``, ``source`` or
+            ``slept``.
         stamp: Where, seconds of the sender's clock: of the last sample before it.
         seconds: How long it lasted, or by how much the clock was set; 0 where that is not known yet.
         samples: How many are missing.
@@ -49,11 +50,13 @@ class Event:
             return f"{self.samples} texts are not in UTF-8 and are left out"
         if self.kind == "changed":
             return f"it came back another ({self.why}); it is recorded as a stream of its own"
+        if self.kind == "source":
+            return f"another sender has taken its place ({self.why})"
         if self.kind == "lost":
             return f"it has ended ({self.why}); it is looked for"
         if self.kind == "stall":
             return f"no samples for {self.seconds:.1f} s"
-        return f"samples come again after {self.seconds:.1f} s"
+        return f"{self.why or 'samples come again'} after {self.seconds:.1f} s"
 
 
 @dataclass
@@ -112,6 +115,11 @@ class StreamWatch:
         self.count += len(stamps)
         self.last, self._came = float(stamps[-1]), now
         return events
+
+    @property
+    def came(self) -> float:
+        """When the newest samples were pulled, seconds of the receiver's clock; minus infinity before any came."""
+        return self._came if self.count and self._came is not None else float("-inf")
 
     def silent(self, now: float) -> float:
         """Return for how long a regular stream has been silent, s; 0 for one of irregular times."""

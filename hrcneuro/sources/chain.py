@@ -18,7 +18,7 @@ from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources.formats import xdf
-from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of, recorded_gaps
+from hrcneuro.sources.formats.xdf_streams import NoSamples, choose_eeg, info, marker_streams, rate_of, recorded_gaps
 from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.triggers import triggers_of
 
@@ -56,10 +56,16 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
         DataError: A part cannot be read, or there are no markers of moves.
         ConfigError: There is no such channel.
     """
-    tables, notes, sfreq = [], list[str](), 0.0
+    tables, notes, sfreq, empty = [], list[str](), 0.0, list[NoSamples]()
     for number, path in enumerate(parts, start=1):
-        streams, said = xdf.load(path)
-        eeg, more = choose_eeg(streams, options.stream, path.name)
+        try:
+            streams, said = xdf.load(path)
+            eeg, more = choose_eeg(streams, options.stream, path.name)
+        except NoSamples as error:
+            # A recorder that is ended in its first instant leaves such a part.
+            notes.append(f"left out, without EEG: {error.problem}")
+            empty.append(error)
+            continue
         notes += said + more
         sfreq = rate_of(eeg)
         stamps = np.asarray(eeg["time_stamps"], float)
@@ -71,6 +77,8 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
         if end:
             found |= _beside(when, _edges(eeg, _row(eeg, end, path)), stamps, window_s, delay_s, "end")
         tables.append(pd.DataFrame(found))
+    if empty and not tables:
+        raise empty[0]
     moves = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     if moves.empty:
         raise DataError(

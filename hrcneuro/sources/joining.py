@@ -11,12 +11,16 @@ import pandas as pd
 from hrcneuro.errors import DataError
 from hrcneuro.sources import origin
 from hrcneuro.sources.formats import read_recording
+from hrcneuro.sources.formats.xdf_streams import NoSamples
 from hrcneuro.sources.recording import Recording
 from hrcneuro.sources.sidecars import sidecar_notes
 
 
 def read_joined(paths: list[Path], **xdf: Any) -> Recording:
     """Return the recordings in these files as one, with notes on what lies beside them unread.
+
+    A file without a sample of the EEG is left out, with a warning, where another one has some: a recorder that is
+    ended in its first instant leaves such a part.
 
     Args:
         paths: In their order.
@@ -25,8 +29,18 @@ def read_joined(paths: list[Path], **xdf: Any) -> Recording:
     Raises:
         DataError, ConfigError: One cannot be read, or they differ in kind.
     """
-    recording = join([read_recording(path, **xdf) for path in paths], [path.name for path in paths])
-    recording.notes += [note for path in paths for note in sidecar_notes(path)]
+    found: dict[Path, Recording] = {}
+    empty: list[NoSamples] = []
+    for path in paths:
+        try:
+            found[path] = read_recording(path, **xdf)
+        except NoSamples as error:
+            empty.append(error)
+    if empty and not found:
+        raise empty[0]
+    recording = join([*found.values()], [path.name for path in found])
+    recording.notes += [note for path in found for note in sidecar_notes(path)]
+    recording.warnings += [f"left out, without EEG: {error.problem}" for error in empty]
     return recording
 
 

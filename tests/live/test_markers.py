@@ -18,8 +18,9 @@ from live_lab import LSL
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import onsets
+from hrcneuro.live.lsl import LslInlet, described
 from hrcneuro.live.markers import NAME, MarkerOutlet
-from hrcneuro.live.transport import TRUTH
+from hrcneuro.live.transport import TRUTH, Lost
 
 STUDY = """[study]
 name = "one"
@@ -66,6 +67,16 @@ def listen(lsl, source):
     # Both clocks are this machine's.
     assert abs(inlet.time_correction(timeout=10.0)) < 1e-3
     return inlet
+
+
+def test_a_stream_whose_description_is_no_xml_is_lost_and_raises_nothing_else(lsl):
+    about = lsl.StreamInfo("odd", "Markers", 1, 0.0, "string", "test of a description")
+    about.desc.append_child_value("note", "a\x01b")
+    outlet = lsl.StreamOutlet(about)
+    (found,) = lsl.resolve_streams(timeout=60.0, name="odd", source_id="test of a description")
+    with pytest.raises(Lost, match="cannot be read"):
+        LslInlet(lsl, described(found))
+    del outlet
 
 
 def test_every_marker_arrives_in_order_with_the_time_it_was_given(lsl):

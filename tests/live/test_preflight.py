@@ -57,6 +57,21 @@ def test_streams_as_they_should_be_pass():
     assert list(opened.inlets) == ["eeg", "markers"]
 
 
+@pytest.mark.parametrize("after_s", [0.0, 0.5])
+def test_a_twin_that_is_seen_only_a_look_later_is_refused(after_s):
+    network = house(amplifier={})
+    twin = Sender(source_id="two")
+    Amplifier(network, twin)
+    seen, looks = network.visible, []
+
+    def visible():
+        looks.append(network.now)
+        return [*seen(), *([twin.description] if len(looks) > 1 and network.now >= looks[0] + after_s else [])]
+
+    network.visible = visible
+    assert [(one.kind, one.stream) for one in prepared(network).problems] == [("doubled", "eeg")]
+
+
 @pytest.mark.parametrize("kind", FAULTS)
 def test_each_fault_is_refused_and_its_cause_named(kind):
     opened = prepared(FAULTS[kind](), replace(OPTIONS, rail_uv=1e5 if kind == "railed" else 0.0))

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from virtual_streams import Amplifier, Sender, VirtualNetwork
 
-from hrcneuro.live import journal, part, preparation, selfcheck, session
+from hrcneuro.cli.console import Console
+from hrcneuro.cli.recording_view import View
+from hrcneuro.live import journal, part, preparation, selfcheck, session, xdf
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.recorder import OWN
 
@@ -34,6 +36,23 @@ class AtOnce:
         return future
 
 
+class Later:
+    """An executor that does what it is asked to when it is told to."""
+
+    def __init__(self):
+        self.asked = []
+
+    def submit(self, function, *arguments):
+        future = Future()
+        self.asked.append(lambda: future.set_result(function(*arguments)))
+        return future
+
+    def work(self):
+        asked, self.asked = self.asked, []
+        for one in asked:
+            one()
+
+
 class House:
     """A network with an amplifier and markers, and a recording of them."""
 
@@ -44,7 +63,7 @@ class House:
         self.amplifier = Amplifier(self.network, self.eeg)
         self.told = []
 
-    def begin(self, options=OPTIONS):
+    def begin(self, options=OPTIONS, helper=None):
         opened = preparation.prepare(self.network, self.network.clock, self.network.wait, options)
         preparation.refuse(opened.problems)
         self.notes = journal.Journal(self.folder, {"subject": "s01"})
@@ -54,7 +73,7 @@ class House:
         self.notes.begin({"file": path.name})
         self.session = session.Session(
             self.network, self.network.clock, opened, options, self.part, self.notes,
-            tell=lambda stream, event: self.told.append((stream.key, event.kind)), helper=AtOnce(),
+            tell=lambda stream, event: self.told.append((stream.key, event.kind)), helper=helper or AtOnce(),
         )  # fmt: skip
         return self
 
@@ -175,7 +194,86 @@ def test_what_a_killed_recorder_left_opens_and_a_resumed_one_goes_on_in_a_new_pa
     house.session.close()
     assert path.read_bytes() == before
     assert [one["file"] for one in journal.read(house.folder)["parts"]] == ["part1.xdf", "part2.xdf"]
-    assert {(one.part, one.stream) for one in selfcheck.check(house.folder)} >= {(1, "eeg"), (2, "eeg")}
+    judged = {(one.part, one.stream): one for one in selfcheck.check(house.folder)}
+    assert {key: one.whole for key, one in judged.items()} == {
+        (1, "eeg"): False, (1, "markers"): False, (2, "eeg"): True, (2, "markers"): True,
+    }  # fmt: skip
+    assert "no end mark" in judged[1, "eeg"].flaws[0]
+
+
+@pytest.mark.parametrize("ended", [True, False])
+def test_a_file_that_is_cut_is_held_against_what_the_recorder_noted(house, ended):
+    house.begin()
+    house.go_on(25)
+    if ended:
+        house.session.close()
+    path = house.part.path
+    with path.open("r+b") as file:
+        file.truncate(path.stat().st_size // 2)
+    eeg = checked(house)["eeg"]
+    assert not eeg.whole
+    assert eeg.samples < 1500
+    assert any("no end mark" in flaw for flaw in eeg.flaws)
+    assert eeg.counted == 2500 if ended else "fewer than the recorder had noted" in eeg.flaws[1]
+
+
+class Wavering(Amplifier):
+    """One whose driver stamps chunks of 50 ms when they arrive: early and late by much, after a quiet beginning."""
+
+    def __call__(self, now):
+        late = self.rng.normal(0, 0.01) if now > 1010 else 0.0
+        self.ahead = abs(late)
+        super().__call__(now)
+
+
+def test_what_the_recorder_told_to_be_missing_is_not_whole_though_the_whole_shows_no_gap(house):
+    house.network.on_wait.remove(house.amplifier)
+    house.amplifier = Wavering(house.network, house.eeg)
+    house.begin()
+    house.go_on(5)
+    first = house.amplifier.sent + 20
+    house.amplifier.skip = set(range(first, first + 2))
+    house.go_on(30)
+    house.session.close()
+    about = journal.read(house.folder)["parts"][0]
+    told = about["counts"]["eeg"]["gap"]
+    eeg = checked(house)["eeg"]
+    assert (eeg.gaps, eeg.missing) == (told, about["streams"]["eeg"]["missing"])
+    assert not eeg.whole
+    (house.folder / journal.FILE).unlink()
+    assert not all(one.whole for one in selfcheck.check(house.folder))
+
+
+def test_each_part_is_judged_also_beside_one_that_cannot_be_read(house):
+    house.begin()
+    house.go_on(2)
+    house.session.close()
+    whole = house.part.path.read_bytes()
+    for number, content in enumerate((b"", whole[:104], whole[:833], b"no such file"), start=2):
+        part.path_of(house.folder, number).write_bytes(content)
+    judged = selfcheck.check(house.folder)
+    assert {one.part for one in judged} == {1, 2, 3, 4, 5}
+    assert all(one.whole == (one.part == 1) for one in judged)
+
+
+def test_a_stream_that_is_not_in_the_file_at_all_is_told(house):
+    house.begin()
+    house.go_on(2)
+    house.session.close()
+    with house.part.path.open("r+b") as file:
+        file.truncate(len(xdf.MAGIC + xdf.file_header("2026-01-01T00:00:00+00:00")))
+    assert checked(house)["eeg"].flaws == ["it is not in the file"]
+    assert checked(house)["eeg"].counted == 200
+
+
+def test_a_part_that_its_disk_ended_is_not_whole_though_its_file_is(house):
+    house.begin()
+    house.go_on(3)
+    house.session.close()
+    assert checked(house)["eeg"].whole
+    house.notes.part["state"] = journal.FULL
+    house.notes.write()
+    assert "stopped by its disk" in checked(house)["eeg"].flaws[0]
 
 
 def test_a_full_disk_ends_it_and_the_file_ends_with_a_whole_chunk(house, monkeypatch):
@@ -285,6 +383,132 @@ def test_markers_of_another_run_under_another_source_id_are_taken_up(house):
     house.session.close()
     assert house.read()["moves"]["time_series"] == [["move/trial=9"]]
     assert checked(house)["markers"].whole
+
+
+@pytest.mark.parametrize("recovers", [True, False])
+def test_markers_that_vanish_are_told_once_and_so_is_their_return(house, recovers):
+    """Also where nobody who pulls is told of it, as with LSL."""
+    house.network.recovers = recovers
+    house.begin()
+    house.go_on(1)
+    house.markers.push([house.network.now], [["move/trial=1"]])
+    house.markers.end()
+    house.go_on(6)
+    assert house.told == [("markers", "lost")]
+    (stream,) = (one for one in house.session.recorder.streams if one.key == "markers")
+    assert "gone" in View(Console(), house.folder, OPTIONS)._line(stream)
+    again = Sender("moves", "Markers", source_id="robot")
+    house.network.outlets.append(again)
+    house.go_on(2)
+    house.session.close()
+    assert house.told == [("markers", "lost"), ("markers", "back")]
+    marks = [row[0].partition("/samples")[0] for row in house.read()[OWN]["time_series"]]
+    assert marks == ["lost/stream=markers", "back/stream=markers"]
+
+
+@pytest.mark.parametrize("recovers", [True, False])
+def test_markers_that_end_on_purpose_are_not_told_to_be_lost(house, recovers):
+    house.network.recovers = recovers
+    house.begin()
+    house.markers.push([house.network.now], [["end/subject=s01"]])
+    house.go_on(1)
+    house.markers.end()
+    house.go_on(6)
+    assert house.told == []
+
+
+def test_a_stream_whose_samples_come_is_not_lost_where_no_look_sees_it(house):
+    house.begin()
+    house.network.visible = list
+    house.go_on(6)
+    assert house.told == [("markers", "lost")]
+
+
+def sources_of(house):
+    (stream,) = (one for one in house.session.recorder.streams if one.key == "eeg")
+    return stream.inlet and stream.inlet.description.source_id
+
+
+def test_an_amplifier_that_stalls_is_not_exchanged_for_its_neighbour(house):
+    house.begin()
+    house.go_on(1)
+    twin = Sender(source_id="two")
+    house.network.outlets.append(twin)
+    Amplifier(house.network, twin, scale=1e4)
+    house.network.on_wait.remove(house.amplifier)
+    house.go_on(4)
+    assert sources_of(house) == "one"
+    house.network.on_wait.append(house.amplifier)
+    house.go_on(1)
+    house.session.close()
+    assert house.told == [("eeg", "stall"), ("eeg", "back")]
+    assert not np.diff(house.read()["amp"]["time_series"][:, 0]).std()
+
+
+def test_of_several_streams_that_fit_the_one_with_the_same_source_id_is_taken(house):
+    house.begin()
+    house.go_on(1)
+    house.network.outlets.remove(house.eeg)
+    house.network.on_wait.remove(house.amplifier)
+    house.network.outlets += [Sender(source_id="two"), Sender(source_id="one")]
+    for one in house.network.outlets[-2:]:
+        Amplifier(house.network, one)
+    house.go_on(5)
+    assert sources_of(house) == "one"
+    assert ("eeg", "source") not in house.told
+
+
+def test_another_source_id_is_told_and_marked_each_time(house):
+    house.begin()
+    for source_id in ("two", "three"):
+        house.go_on(1)
+        house.network.outlets.pop(0)
+        house.network.outlets.insert(0, Sender(source_id=source_id))
+        house.go_on(5)
+        assert sources_of(house) == source_id
+    house.session.close()
+    assert house.told.count(("eeg", "source")) == 2
+    events = journal.read(house.folder)["parts"][0]["events"]
+    assert "'two', now 'three'" in [one["text"] for one in events if one["kind"] == "source"][1]
+    assert sum(row[0].startswith("source/stream=eeg/") for row in house.read()[OWN]["time_series"]) == 2
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_two_streams_alike_that_come_back_together_are_both_taken_up_each_its_own(house, known):
+    keys = [Sender("keys", "Markers", source_id=name if known else "") for name in "ab"]
+    house.network.outlets += keys
+    helper = Later()
+    house.begin(helper=helper)
+    house.go_on(1)
+    for one in keys:
+        house.network.outlets.remove(one)
+        one.end()
+    house.go_on(4)
+    again = [Sender("keys", "Markers", source_id=name if known else "") for name in "ba"]
+    house.network.outlets += again
+    house.go_on(2)  # both are asked for before the first one has answered
+    helper.work()
+    house.go_on(1)
+    helper.work()
+    house.go_on(1)
+    streams = {one.key: one for one in house.session.recorder.streams}
+    uids = [streams[key].inlet.description.uid for key in ("keys", "keys#2")]
+    if known:
+        assert uids == [again[1].description.uid, again[0].description.uid]
+    assert set(uids) == {one.description.uid for one in again}
+
+
+def test_a_stream_is_not_taken_for_another_that_is_away_too(house):
+    keys = [Sender("keys", "Markers", source_id=name) for name in "ab"]
+    house.network.outlets += keys
+    house.begin()
+    house.go_on(1)
+    for one in keys:
+        house.network.outlets.remove(one)
+    house.network.outlets.append(Sender("keys", "Markers", source_id="b"))
+    house.go_on(5)
+    gone = {one.key: one.gone for one in house.session.recorder.streams}
+    assert gone == {"eeg": False, "markers": False, "keys": True, "keys#2": False}
 
 
 def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):

@@ -114,12 +114,17 @@ def kills(lab: Lab) -> Iterator[Row]:
             opened += 1
             lost.append(killed - float(eeg[-1]))
             code, _, _ = lab.record("--resume", "--seconds", "2", *EEG_ONLY)
-            resumed += code == 0 and len(lab.streams(2)["actiCHamp"]["time_stamps"]) > 1500
+            # What was killed is not whole, and says so; what was resumed is there.
+            resumed += code == 1 and len(lab.streams(2)["actiCHamp"]["time_stamps"]) > 1500
             for path in lab.folder.glob("recordings/s01/*/part*.xdf"):
                 path.rename(path.with_suffix(f".{time.time_ns()}"))
     yield f"{opened} of {times} files open", opened == times, ""
     yield f"at most {max(lost):.2f} s lost", max(lost) <= 1.0, "1 s allowed"
-    yield f"{resumed} of {times} went on with --resume", resumed == times, ""
+    yield (
+        f"{resumed} of {times} went on with --resume, and exit code 1 says that the first part is not whole",
+        resumed == times,
+        "",
+    )
 
 
 def amplifier_dies(lab: Lab) -> Iterator[Row]:

@@ -12,7 +12,9 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
-from hrcneuro.sources import experiments, sessions
+from hrcneuro.live import part, xdf
+from hrcneuro.sources import experiments, joining, sessions
+from hrcneuro.sources.chain import read_chain
 from hrcneuro.stages import acquire
 
 pytest.importorskip("pyxdf", reason="pyxdf is not installed: pip install 'hrcneuro[xdf]'")
@@ -112,6 +114,47 @@ def test_parts_are_joined_by_the_time_of_day_also_where_the_clock_began_anew(lab
     (jump,) = np.flatnonzero(np.diff(numbers) % 1000 != 1)
     assert (numbers[0] + jump) % 1000 == pytest.approx(sent % 1000, abs=60)
     assert table["onset_sample"].notna().sum() > 0.8 * len(trials)
+
+
+def stumps(one):
+    """Yield beginnings of a recording as a recorder leaves them that is killed in its first instant."""
+    whole = (one.folder / "part1.xdf").read_bytes()
+    head = len(xdf.MAGIC + xdf.file_header("2026-01-01T00:01:00"))
+    first = next(
+        at for at in range(len(whole)) if whole[at:].startswith(b"<?xml") and b"<type>EEG" in whole[at : at + 200]
+    )
+    yield from (b"", whole[:head], whole[: whole.index(b"</info>", first) + len(b"</info>")])
+
+
+@pytest.mark.parametrize("stream", ["", "actiCHamp"])
+def test_a_part_without_a_sample_is_left_out_and_said(lab, tmp_path, trials, stream):
+    one = lab().go_on().end()
+    alone = acquired(one, tmp_path, stream=stream)
+    pieces = [*stumps(one)]
+    for number, content in enumerate(pieces, start=2):
+        part.path_of(one.folder, number).write_bytes(content)
+    (tmp_path / "out").rename(tmp_path / "alone")
+    raw, table, _, summary = acquired(one, tmp_path, stream=stream)
+    np.testing.assert_array_equal(sent_as(raw), sent_as(alone[0]))
+    pd.testing.assert_frame_equal(table, alone[1])
+    told = [text for text in summary["warnings"] if text.startswith("left out, without EEG: part")]
+    assert [f"part{number}.xdf" in text for number, text in enumerate(told, start=2)] == [True] * len(pieces)
+    parts = sessions.in_order([part.path_of(one.folder, number) for number in range(1, 5)])
+    chain = read_chain(parts, acquire.Config(stream=stream), window_s=0.3, delay_s=0.0)
+    assert len(chain.moves) == len(trials)
+    assert sum("left out, without EEG" in note for note in chain.notes) == len(pieces)
+
+
+@pytest.mark.parametrize("stream", ["", "actiCHamp"])
+def test_a_recording_of_which_no_part_has_a_sample_is_refused(lab, stream):
+    one = lab().go_on(3.0).end()
+    for number, content in enumerate(stumps(one), start=2):
+        path = part.path_of(one.folder, number)
+        path.write_bytes(content)
+        with pytest.raises(DataError, match=path.name):
+            joining.read_joined([path], stream=stream)
+        with pytest.raises(DataError, match=path.name):
+            read_chain([path], acquire.Config(stream=stream), window_s=0.3, delay_s=0.0)
 
 
 def test_the_mark_of_a_simulation_stays(lab, tmp_path):

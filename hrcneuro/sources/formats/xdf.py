@@ -12,7 +12,7 @@ from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
-from hrcneuro.sources.formats.xdf_streams import choose_eeg, info, marker_streams, rate_of, recorded_gaps
+from hrcneuro.sources.formats.xdf_streams import NoSamples, choose_eeg, info, marker_streams, rate_of, recorded_gaps
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import is_no_voltage, voltage_unit
@@ -67,7 +67,8 @@ def load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
 
     Raises:
         ConfigError: pyxdf is not installed.
-        DataError: The file cannot be read.
+        NoSamples: The file is empty.
+        DataError: It cannot be read.
     """
     try:
         import pyxdf
@@ -75,6 +76,8 @@ def load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
         raise ConfigError(
             "reading XDF needs pyxdf, which is not installed", cure="pip install 'hrcneuro[xdf]'"
         ) from error
+    if not path.stat().st_size:
+        raise NoSamples(f"{path.name} is empty", cure="copy the recording again")
     with complaints("pyxdf") as said, unpacked(path) as file:
         try:
             streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)

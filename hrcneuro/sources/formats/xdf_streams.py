@@ -15,6 +15,10 @@ _MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "t
 Stream = dict[str, Any]
 
 
+class NoSamples(DataError):
+    """A file holds no sample of the EEG: its recorder was ended in its first instant, or nothing was sent."""
+
+
 def info(stream: Stream, key: str) -> str:
     """Return a field of a stream's header, empty where it has none."""
     return str((stream["info"].get(key) or [""])[0] or "")
@@ -73,7 +77,7 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
 
     Raises:
         ConfigError: Several streams fit, or none; each is described.
-        DataError: There is none with samples.
+        NoSamples: There is none with samples.
     """
     signals = [s for s in streams if not is_text(s)]
     if wanted:
@@ -81,7 +85,7 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
     typed = [s for s in signals if info(s, "type").lower() in _EEG_TYPES]
     full = [s for s in typed if len(s["time_stamps"]) > 1]
     if typed and not full:
-        raise DataError(
+        raise NoSamples(
             f"{file}: the EEG stream has no samples: {_listed(typed)}",
             cure="copy the file again, in case it is cut off",
         )
@@ -90,7 +94,7 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
         full = [s for s in signals if rate_of(s) > 0 and len(s["time_stamps"]) > 1]
         notes += [f"stream {info(s, 'name')!r} of type {info(s, 'type')!r} taken for the EEG" for s in full[:1]]
     if not full:
-        raise DataError(
+        raise NoSamples(
             f"{file} holds no regularly sampled stream; it has {_listed(streams)}", cure="record the EEG stream too"
         )
     if len(full) > 1:
@@ -103,6 +107,12 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
 
 def _wanted(signals: list[Stream], wanted: str, file: str) -> Stream:
     hits = [s for s in signals if wanted in (info(s, "name"), info(s, "source_id"), _handle(s, signals))]
+    if not any(len(s["time_stamps"]) > 1 for s in signals):
+        raise NoSamples(
+            f"{file} holds no samples of stream {wanted!r}, nor of any other signal; it has "
+            f"{_listed(signals) or 'none'}",
+            cure="record the EEG stream too",
+        )
     if not hits:
         names = [_handle(s, signals) for s in signals]
         raise ConfigError(
@@ -116,7 +126,7 @@ def _wanted(signals: list[Stream], wanted: str, file: str) -> Stream:
             cure=f"name one: acquire.stream = {_handle(hits[0], signals)!r}",
         )
     if len(hits[0]["time_stamps"]) < 2:
-        raise DataError(f"{file}: stream {wanted!r} has no samples", cure="name another: acquire.stream")
+        raise NoSamples(f"{file}: stream {wanted!r} has no samples", cure="name another: acquire.stream")
     return hits[0]
 
 
