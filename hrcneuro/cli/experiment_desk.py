@@ -139,6 +139,8 @@ class Desk:
         ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
         grid.add_row("keys", f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else ""))
         grid.add_row("markers", f"{seen.markers} sent")
+        if seen.recorded:
+            grid.add_row("recorded", Text(seen.recorded, style="" if seen.recorded == "yes" else "red"))
         if seen.health is not None:
             arm = seen.health
             late = f", {counted(arm.late_packets, 'packet')} borne late" if arm.late_packets else ""
