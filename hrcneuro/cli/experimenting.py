@@ -46,7 +46,7 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
     for subject in dict.fromkeys(subjects):
         setup = setup_of(study, subject, options.workdir)
         if options.dry_run:
-            sessions.append(_would(setup, resume))
+            sessions.append(would(setup, resume))
             continue
         seen = _real(options, study, setup, resume) if real else _virtual(setup, resume)
         sessions.append(told(setup, seen))
@@ -92,7 +92,12 @@ def _virtual(setup: Setup, resume: bool) -> Seen:
     return Virtual(setup).run(resume=resume)
 
 
-def _would(setup: Setup, resume: bool) -> dict[str, Any]:
+def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
+    """Return what a session would be, for a program.
+
+    Raises:
+        ConfigError, HardwareError: It cannot be begun.
+    """
     from hrcneuro.experiment import session
     from hrcneuro.experiment.ahead import Ahead
 
