@@ -205,6 +205,16 @@ def test_the_experimenter_pauses_notes_goes_on_and_ends(tmp_path):
     lab.check_log(desk.run.place)
 
 
+def test_a_terminal_that_is_held_up_by_ctrl_s_holds_up_no_session(tmp_path):
+    with Terminal(tmp_path, *ALONE, params=TWO) as desk:
+        desk.run.until("move", 1)
+        desk.press("\x13")
+        assert desk.run.until("end")["complete"]
+        desk.press("\x11")
+        assert desk.run.process.wait(lab.PATIENCE) == 0
+        desk.shows("recorded: no")
+
+
 def test_a_full_disk_pauses_the_session_until_there_is_room(tmp_path):
     """Nothing is lost: what was not written comes with what follows."""
     with mounted(tmp_path / "disk", "size=60m") as disk, Terminal(disk, *ALONE, params=TWO) as desk:
