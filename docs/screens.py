@@ -23,7 +23,7 @@ HERE = Path(__file__).parent / "images"
 
 
 def main() -> None:
-    """Draw six scenes on one sheet, as the person sees them."""
+    """Draw eight scenes on one sheet, as the person sees them."""
     library.prepare()
     pygame.display.init()
     pygame.display.set_mode((64, 64))
@@ -34,10 +34,11 @@ def main() -> None:
     path = {id(block): next(block.episodes()).path for block in (areas, ways)}
     shown = [
         scenes.before(areas), scenes.grid(areas, path=path[id(areas)]), scenes.before(ways),
-        scenes.grid(ways, path=path[id(ways)]), scenes.rest(), scenes.trouble("The robot was stopped."),
+        scenes.grid(ways, path=path[id(ways)]), scenes.rest(), scenes.pause("the recorder has lost eeg"),
+        scenes.trouble("The robot was stopped."), scenes.end(),
     ]  # fmt: skip
     place = layout.laid_out(SIZE, INCHES_42)
-    sheet = pygame.Surface((2 * SIZE[0] + 30, 3 * SIZE[1] + 60))
+    sheet = pygame.Surface((2 * SIZE[0] + 30, 4 * SIZE[1] + 90))
     sheet.fill((255, 255, 255))
     for number, scene in enumerate(shown):
         at = (number % 2 * (SIZE[0] + 30), number // 2 * (SIZE[1] + 30))

@@ -50,14 +50,13 @@ def experiment(
     from hrcneuro.cli import experimenting
     from hrcneuro.errors import ConfigError, did_you_mean
 
-    drawn = backend == "none"
     if backend and backend not in _ARMS:
         raise ConfigError(
             f"--backend {backend!r}{did_you_mean(backend, _ARMS)}; allowed: {', '.join(_ARMS)}",
             cure="choose one of them; none draws the tool on the grid",
         )
     given = {
-        "--backend": ["experiment.drawn_tool=true" if drawn else f"robot.backend={backend}"] if backend else [],
+        "--backend": _arm(backend),
         "--host": [f"robot.host={host}"] if host else [],
         "--i-am-at-the-robot": ["robot.at_the_robot=true"] if at_the_robot else [],
         "--human": [f"experiment.human={human}"] if human else [],
@@ -69,3 +68,10 @@ def experiment(
         "--patient": ["robot.patient=true"] if patient else [],
     }
     return experimenting.run(options, subjects, given, resume=resume)
+
+
+def _arm(backend: str) -> list[str]:
+    """Return the settings of ``--backend``: whichever was configured before, it is this arm or none."""
+    if backend == "none":
+        return ["experiment.drawn_tool=true"]
+    return ["experiment.drawn_tool=false", f"robot.backend={backend}"] if backend else []

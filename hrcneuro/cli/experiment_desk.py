@@ -8,12 +8,13 @@ import sys
 import termios
 import time
 import tty
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.answers.words import counted
 from hrcneuro.cli.console import Console
+from hrcneuro.cli.experiment_writing import Writer
 from hrcneuro.experiment.ports import Order, Seen
 
 if TYPE_CHECKING:
@@ -32,46 +33,34 @@ class Desk:
     def __init__(self, talk: Console, n_blocks: int) -> None:
         """Sit down; ``n_blocks`` is how many the session has."""
         self._talk, self._n_blocks = talk, n_blocks
-        self._live: Any = None
+        self._writer: Writer | None = None
+        self._table_shown = talk.shows_progress
         self._before: list[Any] | None = None
         self._drawn = self._quit = float("-inf")
         self._remark: str | None = None
         self._told = ""
 
     def __enter__(self) -> Desk:
-        if self._talk.shows_progress:
-            from rich.console import Console as RichConsole
-            from rich.live import Live
-
-            self._live = Live(console=RichConsole(stderr=True), auto_refresh=False, transient=True)
-            self._live.start()
-        if self._live is not None and sys.stdin.isatty():
+        self._writer = Writer(pictures=self._table_shown, quiet=self._talk.quiet)
+        if self._table_shown and sys.stdin.isatty():
             self._before = termios.tcgetattr(sys.stdin)
             tty.setcbreak(sys.stdin)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.close()
         if self._before is not None:
             with contextlib.suppress(termios.error, OSError):
-                termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+                # At once: what a terminal that is held up has not shown yet is not waited for.
+                termios.tcsetattr(sys.stdin, termios.TCSANOW, self._before)
             self._before = None
-        if self._live is not None:
-            with self._while_there():
-                self._live.stop()
-            self._live = None
-
-    @contextlib.contextmanager
-    def _while_there(self) -> Iterator[None]:
-        """Write on the terminal as long as there is one: the session does not end with it before it is at rest."""
-        try:
-            yield
-        except OSError:
-            self._live = self._before = None
 
     @property
     def attended(self) -> bool:
         """Whether keys are taken here."""
-        return self._before is not None
+        return self._before is not None and self._writer is not None and not self._writer.gone
 
     def waits_for(self) -> Sequence[Any]:
         """Return the keyboard, where there is one."""
@@ -122,25 +111,24 @@ class Desk:
         return []
 
     def say(self, text: str) -> None:
-        """Say something at once."""
-        with self._while_there():
-            if self._live is not None:
-                self._live.console.print(text, style="bold", highlight=False, markup=False)
-            else:
-                self._talk.say(text)
+        """Say something; never waits until it is written."""
+        if self._writer is not None:
+            self._writer.say(text)
+        else:
+            self._talk.say(text)
 
     def show(self, seen: Seen, now: float) -> None:
-        """Draw the table where the time has come; say what is wrong when it becomes so."""
+        """Draw the table where the time has come; say what is wrong when it becomes so; never waits for it."""
         wrong = "; ".join(filter(None, (seen.trouble, seen.cure)))
         if wrong != self._told:
             self._told = wrong
             if wrong:
-                self.say(f"\a{wrong}" if self._live is not None else wrong)
-        if self._live is None or now - self._drawn < _EVERY_S:
+                self.say(f"\a{wrong}" if self._table_shown else wrong)
+        if self._writer is None or not self._table_shown or now - self._drawn < _EVERY_S:
             return
         self._drawn = now
-        with self._while_there():
-            self._live.update(self._table(seen), refresh=True)
+        # Made here, of the state as it is now: only the drawing is left to the thread.
+        self._writer.draw(self._table(seen))
 
     def _table(self, seen: Seen) -> RenderableType:
         from rich.console import Group
@@ -151,6 +139,8 @@ class Desk:
         ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
         grid.add_row("keys", f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else ""))
         grid.add_row("markers", f"{seen.markers} sent")
+        if seen.recorded:
+            grid.add_row("recorded", Text(seen.recorded, style="" if seen.recorded == "yes" else "red"))
         if seen.health is not None:
             arm = seen.health
             late = f", {counted(arm.late_packets, 'packet')} borne late" if arm.late_packets else ""

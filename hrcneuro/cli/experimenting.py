@@ -20,6 +20,11 @@ from hrcneuro.experiment.session import Setup
 from hrcneuro.pipeline.graph import check_subject
 
 _STOPPED, _EARLY = 4, 1
+_RECORDED = {
+    "yes": "yes, as far as was seen from here",
+    "no": "no: 'hrcneuro record' of this subject did not run on this machine",
+    "lost": "lost before the end: see what 'hrcneuro record' says",
+}
 
 
 def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[str]], *, resume: bool) -> int:
@@ -41,7 +46,7 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
     for subject in dict.fromkeys(subjects):
         setup = setup_of(study, subject, options.workdir)
         if options.dry_run:
-            sessions.append(_would(setup, resume))
+            sessions.append(would(setup, resume))
             continue
         seen = _real(options, study, setup, resume) if real else _virtual(setup, resume)
         sessions.append(told(setup, seen))
@@ -87,7 +92,12 @@ def _virtual(setup: Setup, resume: bool) -> Seen:
     return Virtual(setup).run(resume=resume)
 
 
-def _would(setup: Setup, resume: bool) -> dict[str, Any]:
+def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
+    """Return what a session would be, for a program.
+
+    Raises:
+        ConfigError, HardwareError: It cannot be begun.
+    """
     from hrcneuro.experiment import session
     from hrcneuro.experiment.ahead import Ahead
 
@@ -124,6 +134,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "markers": seen.markers,
         "stops": seen.stops,
         "late_packets": seen.health.late_packets if seen.health else 0,
+        "recorded": seen.recorded,
         "trouble": seen.trouble,
     }
 
@@ -138,6 +149,8 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
         lines.append(f"  the arm was stopped {counted(seen.stops, 'time')}: {seen.trouble or 'it went on'}")
     if setup.simulated:
         lines.append("  SYNTHETIC: a simulated person pressed the keys")
+    if seen.recorded:
+        lines.append(f"  recorded: {_RECORDED[seen.recorded]}")
     lines.append(f"  log in {place}")
     if not seen.whole:
         lines.append(f"  ended early: 'hrcneuro experiment {setup.subject} --resume' goes on at the next block")

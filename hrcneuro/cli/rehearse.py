@@ -28,11 +28,11 @@ def rehearse(
         ),
     ] = "virtual",
     screen: Annotated[bool, typer.Option("--screen", help="At real pace: open the person's window, too.")] = False,
-    patient: Annotated[
-        bool, typer.Option("--patient", help="At real pace: count packets that come late instead of stopping.")
+    strict: Annotated[
+        bool, typer.Option("--strict", help="At real pace: stop on packets that come late, as under a real arm.")
     ] = False,
 ) -> int:
     """Run the session and its analysis; return the exit code."""
     from hrcneuro.cli import rehearsing
 
-    return rehearsing.run(options, subject, pace, screen=screen, patient=patient)
+    return rehearsing.run(options, subject, pace, screen=screen, patient=not strict)

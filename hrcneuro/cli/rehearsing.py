@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.answers.words import counted
 from hrcneuro.cli import bring, experimenting, recording, results, timing_of
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
@@ -17,7 +18,8 @@ from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.walk import Item
 
-_PACES = ("virtual", "real")
+_ARMS = {"virtual": "sim", "real": "ursim"}
+_PACES = tuple(_ARMS)
 _STAGES = ("erp", "decode")
 _BYTES_A_SECOND = 150_000  # of 31 channels at 1 kHz, and what is made of it
 SYNTHETIC = "SYNTHETIC: EEG, person and arm were simulated by hrcneuro."
@@ -36,6 +38,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     given = _given(pace, screen=screen, patient=patient)
     study = bring.settings(options, others=given)
     graph.check_subject(study, subject)
+    experimenting.would(experimenting.setup_of(study, subject, options.workdir))
     if options.dry_run:
         print(f"{subject}: a session at {pace} pace in {_parent(options, subject)}, then {', '.join(_STAGES)}")
         return 0
@@ -56,7 +59,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
         seen = real(options, study, subject, folder, given)
     if not seen.whole:
         raise _broken_off(seen, folder)
-    return _told(options, subject, folder, seen)
+    return _told(options, subject, folder, seen, patient=patient and pace == "real")
 
 
 def _placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
@@ -80,13 +83,19 @@ def _parent(options: Options, subject: str) -> Path:
 
 
 def _given(pace: str, *, screen: bool, patient: bool) -> dict[str, Sequence[str]]:
-    base = ["experiment.human=simulated", f"experiment.pace={pace}", f"experiment.screen={str(screen).lower()}"]
+    base = [
+        "experiment.human=simulated", f"experiment.pace={pace}", f"experiment.screen={str(screen).lower()}",
+        # A laboratory's arm and its port are not for rehearsals.
+        "experiment.drawn_tool=false", f"robot.backend={_ARMS[pace]}", "robot.trigger.port=none",
+        "robot.at_the_robot=false", "robot.markers=none", "robot.truth=false",
+        f"robot.patient={str(patient and pace == 'real').lower()}",
+    ]  # fmt: skip
     if pace == "real":
         base += [
-            "experiment.truth=true", "robot.backend=ursim", "robot.recorder_wait_s=60", "record.wait_s=60",
+            "experiment.truth=true", "robot.recorder_wait_s=60", "record.wait_s=60",
             "acquire.session.blocks=1", "acquire.session.practice_episodes=0",
         ]  # fmt: skip
-    return {"--pace": base, "--patient": ["robot.patient=true"] if patient else []}
+    return {"--pace": base}
 
 
 def _virtual(study: Settings, subject: str, folder: Path) -> Seen:
@@ -98,7 +107,7 @@ def _virtual(study: Settings, subject: str, folder: Path) -> Seen:
     return Rehearsal(setup, lab).run()
 
 
-def _told(options: Options, subject: str, folder: Path, seen: Seen) -> int:
+def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: bool) -> int:
     """Analyse what was recorded, and tell what came of it all."""
     where = replace(options, workdir=folder, set=[*(options.set or ()), *_analysed(subject, folder)])
     study = bring.settings(where)
@@ -106,7 +115,7 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen) -> int:
     talk = bring.console(options)
     place = max(path.parent for path in (setup.folder / subject).glob("*/*.xdf"))
     checked, trouble = recording.read_back(place)
-    kept = [*recording.verdict(place, checked), *([trouble] if trouble else [])]
+    kept = [*(_borne(seen) if patient else []), *recording.verdict(place, checked), *([trouble] if trouble else [])]
     timing = timing_of.measure(folder, subject, study, place, talk)
     with bring.logged("rehearse", where, study) as log:
         items = bring.bring(where, study, graph.targets(study, _STAGES, [subject]), log)
@@ -135,6 +144,11 @@ def _analysed(subject: str, folder: Path) -> list[str]:
         "acquire.source=recording", f"acquire.path={path}", f"study.subjects=['{subject}']", "study.exclude=[]",
         f"record.folder={folder / 'recordings'}", "experiment.human=simulated",
     ]  # fmt: skip
+
+
+def _borne(seen: Seen) -> list[str]:
+    late = seen.health.late_packets if seen.health else 0
+    return [f"  the simulated arm ran with --patient: {counted(late, 'packet')} came late, and did not stop it"]
 
 
 def _rules(study: Settings, subject: str) -> list[dict[str, Any]]:

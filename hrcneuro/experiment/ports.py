@@ -78,6 +78,7 @@ class Seen:
     health: Health | None = None
     trouble: str = ""
     cure: str = ""
+    recorded: str = ""  # yes, no or lost; empty where nobody looks
     hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0
     whole: bool = False  # every block was done to its end

@@ -13,7 +13,7 @@ from hrcneuro import interrupts
 from hrcneuro.arms.clock import seconds
 from hrcneuro.errors import HrcError
 from hrcneuro.experiment import messages as m
-from hrcneuro.experiment import session
+from hrcneuro.experiment import scenes, session
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_process import ArmProcess
 from hrcneuro.experiment.arm_side import ArmSettings
@@ -76,6 +76,8 @@ class RealTime:
         self._flow: Flow
         self._looked = float("-inf")
         self._trouble = ""
+        self._has_keyboard = True  # the window
+        self._awaited = False  # its keyboard, to go on
 
     def run(self, *, resume: bool = False) -> Seen:
         """Run it until it ends; return what was seen of it.
@@ -86,11 +88,21 @@ class RealTime:
         with contextlib.ExitStack() as stack:
             stack.enter_context(interrupts.whole())
             stack.enter_context(_not_suspended())
+            session.refuse_begun(self._setup, resume=resume)
+            about: dict[str, Any] = {}
             if self._setup.options.screen:
                 self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
+                self._desk.say(self._window.opened.told(self._setup.options.window.scale))
+                about["window"] = self._window.opened.about
             running = stack.enter_context(
                 session.opened(
-                    self._setup, resume=resume, now=seconds, arm=self._ask, restart=self._restart, show=self._show
+                    self._setup,
+                    resume=resume,
+                    now=seconds,
+                    arm=self._ask,
+                    restart=self._restart,
+                    show=self._show,
+                    about=about,
                 )
             )
             stack.callback(self._close_arm)
@@ -116,7 +128,7 @@ class RealTime:
             self._take_events(now)
             for asked in self._desk.asked():
                 if isinstance(asked, Order):
-                    self._flow.order(asked, now)
+                    self._order(asked, now)
                 else:
                     self._flow.remark(asked, now)
             if interrupts.asked() and not ended:
@@ -167,8 +179,24 @@ class RealTime:
             elif isinstance(event, m.Key):
                 if not self._setup.simulated or event.name == "escape":
                     self._flow.key(event)
-            elif not event.has and not self._setup.simulated:
-                self._flow.pause(now, "Another window has the keyboard.")
+            elif not self._setup.simulated:
+                self._focus(event.has, now)
+
+    def _focus(self, has: bool, now: float) -> None:
+        """Pause where the window loses the keyboard; go on with it where only that was missing."""
+        awaited, self._has_keyboard, self._awaited = self._awaited, has, False
+        if not has:
+            self._flow.pause(now, scenes.KEYBOARD_LOST)
+        elif awaited:
+            self._flow.order(Order.GO_ON, now)
+
+    def _order(self, order: Order, now: float) -> None:
+        """Hand on what the experimenter asks for, but not to go on while the person's keys go elsewhere."""
+        self._awaited = order is Order.GO_ON and not self._has_keyboard
+        if self._awaited:
+            self._desk.say("click the person's window; then the session goes on")
+        else:
+            self._flow.order(order, now)
 
     def _look(self, now: float) -> None:
         """Pause where the recorder loses a stream."""
@@ -176,6 +204,7 @@ class RealTime:
             return
         self._looked = now
         trouble = self._recorder.look()
+        self._flow.seen.recorded = "lost" if trouble else "yes" if self._recorder.seen else "no"
         if trouble and trouble != self._trouble:
             self._flow.seen.hardware = True
             self._flow.trouble(trouble, "see what 'hrcneuro record' says; go on once the stream is back")

@@ -10,6 +10,13 @@ from hrcneuro.paradigm.session import DrawnBlock
 _ARROWS = {"N": "up", "S": "down", "W": "left", "E": "right"}
 _BEGIN = "Press an arrow key to begin."
 _GOES_ON = "Please wait for the experimenter."
+KEYBOARD_LOST = "Another window has the keyboard."
+_REASONS = (
+    # How a reason begins, and what of it is for the person.
+    ("the recorder has lost", "The recording is being looked after."),
+    ("nobody records", "The recording is being looked after."),
+    (KEYBOARD_LOST, KEYBOARD_LOST),
+)
 
 
 def grid(block: DrawnBlock, *, path: tuple[Tile, ...] = (), turn: str = "", tool: Motion | None = None) -> Scene:
@@ -54,8 +61,12 @@ def welcome() -> Scene:
 
 
 def pause(why: str) -> Scene:
-    """Return the words of a pause; ``why`` is empty where the experimenter asked for it."""
-    return Scene(title="Pause", lines=((why,) if why else ()) + (_GOES_ON,), alarm=bool(why))
+    """Return the words of a pause; ``why`` is empty where the experimenter asked for it.
+
+    Paths and errors in ``why`` are the experimenter's: the person reads one of a few sentences.
+    """
+    known = next((words for begins, words in _REASONS if why.startswith(begins)), "The session pauses.")
+    return Scene(title="Pause", lines=((known,) if why else ()) + (_GOES_ON,), alarm=bool(why))
 
 
 def trouble(why: str) -> Scene:

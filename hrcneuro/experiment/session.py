@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +16,7 @@ from hrcneuro.experiment.flow_log import FlowLog
 from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.parameters import ExperimentOptions
 from hrcneuro.experiment.person import SimulatedPerson
+from hrcneuro.experiment.places import refuse_begun as refuse_log
 from hrcneuro.experiment.ports import Pacing
 from hrcneuro.experiment.turns import Turns
 from hrcneuro.paradigm.params import SessionParams, TimingParams
@@ -87,6 +88,22 @@ def check(setup: Setup) -> None:
             "have the grid's true size; allowed: 1",
             cure="show the grid at true size: experiment.window.scale = 1",
         )
+    if not setup.draws_tool and setup.options.screen and setup.options.window.windowed:
+        raise ConfigError(
+            f"experiment.window.windowed = true with the arm {setup.arm.backend!r}, whose tiles lie where the "
+            "full screen has its grid; allowed: false",
+            cure="leave --windowed out: the grid then lies in the middle of the screen",
+        )
+
+
+def refuse_begun(setup: Setup, *, resume: bool) -> None:
+    """Refuse a session that cannot be begun, before a window or an arm is touched for it.
+
+    Raises:
+        ConfigError: The subject has one already, and ``resume`` does not go on with it.
+    """
+    if not resume:
+        refuse_log(setup.folder / setup.subject, setup.subject)
 
 
 @dataclass
@@ -107,6 +124,7 @@ def opened(
     arm: Callable[[m.Request], None],
     restart: Callable[[], None],
     show: Callable[[m.Scene], None],
+    about: Mapping[str, Any] | None = None,
 ) -> Iterator[Running]:
     """Open the log of a session, and hand over its flow; leaving it closes the log.
 
@@ -115,6 +133,7 @@ def opened(
         resume: It goes on behind the block that was broken off.
         now: The clock of all times, seconds.
         arm, restart, show: As :class:`~hrcneuro.experiment.flow.Flow` takes them.
+        about: What else is worth knowing, as JSON values; it goes into the log.
 
     Raises:
         ConfigError, DataError, HardwareError, StageError: The log cannot be begun, or gone on with.
@@ -122,8 +141,8 @@ def opened(
     human, blocks = draw_session(setup.session, rng=generator(setup.seed, setup.subject, "moves"))
     begin = Log.resume if resume else Log.begin
     with begin(
-        setup.folder, setup.subject, options=_deciding(setup), about=_about(setup), simulated=setup.simulated,
-        real_time=setup.real_time, now=now,
+        setup.folder, setup.subject, options=_deciding(setup), about={**_about(setup), **(about or {})},
+        simulated=setup.simulated, real_time=setup.real_time, now=now,
     ) as log:  # fmt: skip
         left = [drawn for drawn in blocks if not log.progress.done(drawn.block)]
         person = SimulatedPerson(human, setup.timing) if setup.simulated else None

@@ -44,6 +44,15 @@ def test_at_virtual_pace_the_rows_are_the_simulated_studys(hrcneuro, tmp_path):
     assert "is complete" in resumed.err
 
 
+def test_a_session_that_is_there_is_refused_before_a_window_opens(hrcneuro, tmp_path):
+    place = tmp_path / "recordings" / "s01"
+    place.mkdir(parents=True)
+    (place / "trials.parquet").touch()
+    nowhere = {"DISPLAY": "", "WAYLAND_DISPLAY": "", "SDL_VIDEODRIVER": ""}
+    done = hrcneuro("experiment", "s01", *ALONE, "--workdir", tmp_path, env=nowhere)
+    assert (done.code, "s01 has a session already" in done.err) == (2, True), done.err
+
+
 def test_at_virtual_pace_ctrl_c_ends_a_session_in_order(start, tmp_path):
     """No line of the log is cut in two; the sessions that would have followed are not begun."""
     words = ["experiment", "s01", "s02", *VIRTUAL, "--workdir", tmp_path]
@@ -73,6 +82,8 @@ def test_a_screen_that_is_smaller_than_the_grid_is_refused(hrcneuro, tmp_path):
         (("s01", "--pace", "virtual"), 2, "no person keeps up with a virtual clock"),
         (("s01", "s02", *ALONE, "--human", "simulated", "--no-screen"), 2, "2 subjects, s01, s02, in real time"),
         (("s01", "--backend", "ur", "--host", "192.0.2.1"), 2, "--i-am-at-the-robot"),
+        (("s01", "--backend", "ur", "--host", "192.0.2.1", "--i-am-at-the-robot", "--windowed"), 2, "windowed = true"),
+        (("s01", *VIRTUAL, "--backend", "ursim", "--set", "experiment.drawn_tool=true"), 2, "= 'ursim'; allowed: sim"),
         (("s01", "--backend", "nobody"), 2, "'nobody'; allowed: sim, ursim, ur, ros, none"),
         (("s01", *VIRTUAL, "--resume"), 3, "no experiment to go on with"),
         (("s01", *ALONE), 4, "neither DISPLAY nor WAYLAND_DISPLAY is set"),
@@ -192,6 +203,16 @@ def test_the_experimenter_pauses_notes_goes_on_and_ends(tmp_path):
         assert desk.run.process.wait(lab.PATIENCE) == 1
     assert lab.last(desk.run.place)["complete"] is False
     lab.check_log(desk.run.place)
+
+
+def test_a_terminal_that_is_held_up_by_ctrl_s_holds_up_no_session(tmp_path):
+    with Terminal(tmp_path, *ALONE, params=TWO) as desk:
+        desk.run.until("move", 1)
+        desk.press("\x13")
+        assert desk.run.until("end")["complete"]
+        desk.press("\x11")
+        assert desk.run.process.wait(lab.PATIENCE) == 0
+        desk.shows("recorded: no")
 
 
 def test_a_full_disk_pauses_the_session_until_there_is_room(tmp_path):

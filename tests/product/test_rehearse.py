@@ -79,3 +79,32 @@ def test_mistakes_are_told_before_anything_begins(hrcneuro, tmp_path, words, sai
     done = hrcneuro("rehearse", *words, "--workdir", tmp_path)
     assert (done.code, said in done.err) == (2, True), done.err
     assert list(tmp_path.iterdir()) == []
+
+
+LABORATORY = [
+    word
+    for value in (
+        *("robot.backend=ur", "robot.host=192.0.2.1", "robot.trigger.port=parallel", "experiment.drawn_tool=true"),
+        *("robot.trigger.address=/dev/parport0", "robot.at_the_robot=true", "robot.markers=lsl"),
+    )
+    for word in ("--set", value)
+]
+
+
+def test_a_laboratorys_configuration_is_rehearsed_with_a_simulated_arm(hrcneuro, tmp_path):
+    size = [word for key in SIZE for word in ("--set", f"acquire.session.{key}={'2' if key == 'blocks' else '1'}")]
+    done = hrcneuro(*WORDS, *size, *LABORATORY, "--workdir", tmp_path)
+    assert done.code == 0, done.err
+    assert done.json["session"]["whole"]
+
+
+@pytest.mark.parametrize("pace", ["virtual", "real"])
+def test_either_pace_takes_a_laboratorys_configuration(hrcneuro, tmp_path, pace):
+    done = hrcneuro("rehearse", "s01", "--pace", pace, *LABORATORY, "--dry-run", "--workdir", tmp_path)
+    assert done.code == 0, done.err
+
+
+def test_an_arm_that_cannot_work_in_its_cell_is_told_before_anything_begins(hrcneuro, tmp_path):
+    done = hrcneuro("rehearse", "s01", "--set", "robot.cell.near_edge=1.5", "--workdir", tmp_path)
+    assert done.code == 2, done.err
+    assert list(tmp_path.iterdir()) == []

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
+
+_GRID_CM = 49.0
 
 
 @dataclass(frozen=True)
@@ -47,3 +51,18 @@ class Opened:
     pixels_per_cm: float
     source: str
     tile_px: float
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What is worth writing down of it, as JSON values."""
+        per_cm = None if math.isnan(self.pixels_per_cm) else round(self.pixels_per_cm, 3)
+        return {"driver": self.driver, "size": list(self.size), "pixels_per_cm": per_cm, "source": self.source}
+
+    def told(self, scale: float) -> str:
+        """Return a sentence about how large the grid is, at ``scale`` of its true size."""
+        if math.isnan(self.pixels_per_cm):
+            return "the grid is as large as fits, not of true size: experiment.window.scale = 0"
+        return (
+            f"screen: {self.pixels_per_cm:.2f} pixels per cm ({self.source}); where the drawn grid does not measure "
+            f"{_GRID_CM * scale:g} cm, set experiment.window.pixels_per_cm"
+        )
