@@ -24,7 +24,9 @@ def test_importing_the_package_loads_nothing_heavy():
 
 def test_results_and_their_folder_are_the_same_study(smoke, study, monkeypatch):
     assert package.open(smoke / "results", "smoke").subjects == study.subjects == ("s01", "s02", "s03")
-    assert package.open(str(smoke), "smoke").stages == study.stages == package.open(smoke, last=True).stages
+    # Whatever ran last in this folder may have had stages beyond the study's.
+    last = package.open(smoke, last=True).stages
+    assert package.open(str(smoke), "smoke").stages == study.stages == {name: last[name] for name in study.stages}
     monkeypatch.chdir(smoke)
     assert package.open("results", "smoke").subjects == study.subjects
     assert "s01, s02, s03" in repr(package.open(config="smoke"))

@@ -4,5 +4,5 @@ COMMANDS = [
     *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"], ["calibrate"]),
     *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
-    *(["ur10", "serve"], ["record"], ["amp"], ["timing"], ["experiment"], ["rehearse"]),
+    *(["ur10", "serve"], ["record"], ["amp"], ["timing"], ["experiment"], ["rehearse"], ["online"]),
 ]

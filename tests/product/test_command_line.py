@@ -29,7 +29,7 @@ def test_no_command_is_forgotten_here():
 
 
 # Exit codes of the examples where nothing sends and nothing was recorded.
-LIVE = {"amp": (0,), "record": (4,), "timing": (3, 4)}
+LIVE = {"amp": (0,), "record": (4,), "timing": (3, 4), "online": (3, 4)}
 
 
 def test_help_lists_every_command(hrcneuro):
