@@ -20,9 +20,9 @@ from hrcneuro.cli import bring
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import REFUSED, ConfigError, DataError, StageError
+from hrcneuro.errors import ConfigError, DataError, StageError
 from hrcneuro.io.decoders import ABOUT, read_decoder
-from hrcneuro.io.places import new_folder
+from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.online import OnlineLearner, rates_of
 from hrcneuro.live import decisions, online_streams, replaying
@@ -145,11 +145,7 @@ class Task:
         try:
             return decisions.DecisionLog(new_folder(self._parent, "-online"))
         except OSError as error:
-            kind = ConfigError if error.errno in REFUSED else StageError
-            raise kind(
-                f"the log cannot be written in {self._parent}: {error.strerror or error}",
-                cure="give yourself the right to write there, or choose another place: record.folder",
-            ) from error
+            raise unwritable("the log", self._parent, error) from error
 
     # --- a recording ----------------------------------------------------------------------------------------------
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import fcntl
 import gc
 import json
-import os
 import subprocess
 import sys
 import time
@@ -23,8 +21,8 @@ from typing import Any
 from hrcneuro import interrupts
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.recording_view import View
-from hrcneuro.errors import REFUSED, ConfigError, DataError, HardwareError, StageError
-from hrcneuro.io.places import check_room, new_folder
+from hrcneuro.errors import ConfigError, DataError, HardwareError
+from hrcneuro.io.places import check_room, lock, new_folder, unwritable
 from hrcneuro.live import journal, preparation, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
@@ -178,11 +176,7 @@ def _begin(
         versions = {name: version(name) for name in _LIBRARIES}
         notes.begin({"file": path.name, "began": now, "clock_s": clock(), "versions": versions})
     except OSError as error:
-        kind = ConfigError if error.errno in REFUSED else StageError
-        raise kind(
-            f"the recording cannot be written in {parent}: {error.strerror or error}",
-            cure="give yourself the right to write there, or choose another place: record.folder",
-        ) from error
+        raise unwritable("the recording", parent, error) from error
     return folder, part, notes
 
 
@@ -199,17 +193,13 @@ def _lock(folder: Path) -> None:
     Raises:
         HardwareError: It does.
     """
-    file = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock(folder / LOCK)
     except BlockingIOError as error:
-        os.close(file)
         raise HardwareError(
             f"another process is recording into {folder}",
             cure="end it with Ctrl-C, then resume; or begin a new recording",
         ) from error
-    except OSError:
-        pass  # a file system without locks
 
 
 def _last(parent: Path) -> Path:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from hrcneuro.errors import REFUSED, ConfigError, HardwareError, HrcError, StageError
+from hrcneuro.errors import ConfigError, HardwareError
+from hrcneuro.io.places import lock as locked
+from hrcneuro.io.places import unwritable
 from hrcneuro.sources import experiments
 from hrcneuro.sources.layout import log_names
 
 TABLE = "trials.parquet"
 ANOTHER = "choose another subject's name"
+_WHAT = "the experiment's log"
 
 
 @contextlib.contextmanager
@@ -28,38 +30,25 @@ def opened(place: Path, subject: str) -> Iterator[int]:
         place.mkdir(parents=True, exist_ok=True)
         lock = _lock(place, subject)
     except OSError as error:
-        raise _unwritable(place, error) from error
+        raise unwritable(_WHAT, place, error) from error
     try:
         yield lock
     except OSError as error:
         os.close(lock)
-        raise _unwritable(place, error) from error
+        raise unwritable(_WHAT, place, error) from error
     except BaseException:
         os.close(lock)
         raise
 
 
 def _lock(place: Path, subject: str) -> int:
-    file = os.open(place / ".experiment", os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return locked(place / ".experiment")
     except BlockingIOError as error:
-        os.close(file)
         raise HardwareError(
             f"another experiment of {subject} is running: it writes into {place}",
             cure="end it with Esc, twice, in its window, then resume; or choose another subject's name",
         ) from error
-    except OSError:
-        pass  # a file system without locks
-    return file
-
-
-def _unwritable(place: Path, error: OSError) -> HrcError:
-    kind = ConfigError if error.errno in REFUSED else StageError
-    return kind(
-        f"the experiment's log cannot be written in {place}: {error.strerror or error}",
-        cure="give yourself the right to write there, or choose another place: record.folder",
-    )
 
 
 def refuse_begun(place: Path, subject: str) -> None:

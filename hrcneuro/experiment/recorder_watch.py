@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.io.places import lock
 from hrcneuro.live import journal
 from hrcneuro.live.part import LOCK
 
@@ -25,7 +24,6 @@ class RecorderWatch:
     def __init__(self, folder: Path, declared: Collection[str]) -> None:
         """Look into ``folder``, which holds the subject's recordings, for the streams ``declared``."""
         self._folder, self._declared = folder, tuple(declared)
-        self._state: tuple[str, int] = ("", 0)
         self.seen = False
 
     def look(self) -> str:
@@ -56,16 +54,9 @@ def _lost(part: dict[str, Any], declared: Collection[str]) -> list[str]:
 def _is_locked(path: Path) -> bool:
     """Return whether a process records into the folder of this lock."""
     try:
-        file = os.open(path, os.O_RDWR)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.close(lock(path))
     except BlockingIOError:
         return True
     except OSError:
         return False
-    finally:
-        with contextlib.suppress(OSError):
-            os.close(file)
     return False

@@ -1,13 +1,15 @@
-"""Where recordings go: a folder of its own for each, and room for it; no library loads for this."""
+"""Where recordings go: a folder of its own for each, room for it, and one writer; no library loads for this."""
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import os
 import shutil
 from datetime import datetime
 from pathlib import Path
 
-from hrcneuro.errors import StageError
+from hrcneuro.errors import REFUSED, ConfigError, HrcError, StageError
 
 _ROOM = 16_000_000  # bytes that must be free beside what a recording takes
 
@@ -53,3 +55,38 @@ def new_folder(parent: Path, suffix: str = "") -> Path:
             place.mkdir()
             return place
     raise FileExistsError(f"{parent / name} and 999 more are there already")
+
+
+def unwritable(what: str, place: Path, error: OSError) -> HrcError:
+    """Return what a person is told where something cannot be written below ``record.folder``.
+
+    Args:
+        what: Such as ``the recording``.
+        place: Where.
+        error: Why: what may not be written there is a mistake of the configuration, all else the disk's.
+    """
+    kind = ConfigError if error.errno in REFUSED else StageError
+    return kind(
+        f"{what} cannot be written in {place}: {error.strerror or error}",
+        cure="give yourself the right to write there, or choose another place: record.folder",
+    )
+
+
+def lock(path: Path) -> int:
+    """Keep a file for this process alone; return its descriptor. The lock ends when that is closed, or this process.
+
+    Where the file system knows no locks, nobody is kept out.
+
+    Raises:
+        BlockingIOError: Another process has it.
+        OSError: It cannot be opened.
+    """
+    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(file)
+        raise
+    except OSError:
+        pass  # a file system without locks
+    return file
