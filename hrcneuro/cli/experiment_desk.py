@@ -136,7 +136,7 @@ class Desk:
         from rich.text import Text
 
         grid = Table.grid(padding=(0, 2))
-        ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
+        ignored = ", ".join(f"{why} {n}" for why, n in seen.ignored.items())
         grid.add_row("keys", f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else ""))
         grid.add_row("markers", f"{seen.markers} sent")
         if seen.recorded:

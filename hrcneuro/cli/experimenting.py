@@ -17,6 +17,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
+from hrcneuro.paradigm.session import protocol
 from hrcneuro.pipeline.graph import check_subject
 
 _STOPPED, _EARLY = 4, 1
@@ -103,10 +104,9 @@ def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
 
     session.check(setup)
     Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
-    practice = 2 if setup.session.practice_episodes else 0
     return {
         "subject": setup.subject,
-        "blocks": setup.session.blocks + practice,
+        "blocks": len(list(protocol(setup.session))),
         "arm": setup.arm.backend,
         "pace": setup.options.pace,
         "resume": resume,
@@ -130,7 +130,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "blocks": seen.blocks_done,
         "moves": seen.n_moves,
         "keys": seen.keys[""],
-        "ignored": {why: n for why, n in sorted(seen.keys.items()) if why},
+        "ignored": seen.ignored,
         "markers": seen.markers,
         "stops": seen.stops,
         "late_packets": seen.health.late_packets if seen.health else 0,
@@ -141,7 +141,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
 
 def lines(setup: Setup, seen: Seen) -> list[str]:
     """Return how a session went, for a person."""
-    ignored = ", ".join(f"{why} {n}" for why, n in sorted(seen.keys.items()) if why)
+    ignored = ", ".join(f"{why} {n}" for why, n in seen.ignored.items())
     keys = f"{counted(seen.keys[''], 'key')}" + (f" (ignored: {ignored})" if ignored else "")
     place = setup.folder / setup.subject
     lines = [f"{setup.subject}: {counted(seen.blocks_done, 'block')}, {counted(seen.n_moves, 'move')}, {keys}"]

@@ -83,3 +83,8 @@ class Seen:
     stops: int = 0
     whole: bool = False  # every block was done to its end
     interrupted: bool = False  # a signal asked for the end
+
+    @property
+    def ignored(self) -> dict[str, int]:
+        """Why keys were ignored -> how many, in the order of the words."""
+        return {why: n for why, n in sorted(self.keys.items()) if why}

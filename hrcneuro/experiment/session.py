@@ -20,10 +20,8 @@ from hrcneuro.experiment.places import refuse_begun as refuse_log
 from hrcneuro.experiment.ports import Pacing
 from hrcneuro.experiment.turns import Turns
 from hrcneuro.paradigm.params import SessionParams, TimingParams
-from hrcneuro.paradigm.session import DrawnBlock, draw_session
+from hrcneuro.paradigm.session import draw_session, protocol
 from hrcneuro.sources.simulated import generator
-
-_REAL = ("ur", "ros")
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class Setup:
     @property
     def draws_tool(self) -> bool:
         """Whether the tool is drawn on the grid: no arm stands over it."""
-        return self.arm.backend not in _REAL
+        return not self.arm.there_once
 
 
 def check(setup: Setup) -> None:
@@ -112,7 +110,6 @@ class Running:
 
     flow: Flow
     log: Log
-    turns: Turns
 
 
 @contextlib.contextmanager
@@ -153,13 +150,13 @@ def opened(
         kept = FlowLog(log, each_move=setup.real_time)
         flow = Flow(left, turns, _pacing(setup), arm=arm, restart=restart, show=show, log=kept)
         kept.trouble = flow.trouble
-        yield Running(flow, log, turns)
+        yield Running(flow, log)
         log.close(complete=flow.seen.whole, why="" if flow.seen.whole else "ended early")
 
 
-def lasts_s(setup: Setup, blocks: list[DrawnBlock] | None = None) -> float:
+def lasts_s(setup: Setup) -> float:
     """Return about how long a session lasts, seconds: for the room on the disk."""
-    episodes = 2 * setup.session.practice_episodes + setup.session.blocks * setup.session.episodes_per_block
+    episodes = sum(block.episodes for block in protocol(setup.session))
     return 120.0 + episodes * (13.8 * 0.95 + setup.options.pause_s + 4.0) + 60.0 * (setup.session.blocks + 2)
 
 

@@ -14,14 +14,13 @@ from hrcneuro.decoding.frozen_refusals import StreamError
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import preflight
 from hrcneuro.live.parameters import Declared, OnlineOptions
-from hrcneuro.live.transport import Clock, Description, Inlet, Lost, Network, Samples
+from hrcneuro.live.transport import TRIGGER_TYPES, Clock, Description, Inlet, Lost, Network, Samples
 from hrcneuro.live.watch import StreamWatch
 
 _LOOK_AGAIN_S = 0.5
 _STALL_S = 1.0
 _PIECE_S = 0.5
 _LOOK_S, _MEASURE_S, _STEP_S = 1.0, 5.0, 0.05
-_TRIGGERS = ("stim", "trigger", "triggers", "marker")
 
 
 @dataclass
@@ -129,7 +128,7 @@ def _stims(about: Description) -> list[int]:
         found = [one.findtext("type") or "" for one in ET.fromstring(about.xml).iter("channel")]
     except ET.ParseError:
         return []
-    return [i for i, kind in enumerate(found) if kind.lower() in _TRIGGERS]
+    return [i for i, kind in enumerate(found) if kind.lower() in TRIGGER_TYPES]
 
 
 def _trigger(about: Description, options: OnlineOptions) -> int:

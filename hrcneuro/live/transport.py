@@ -18,6 +18,9 @@ Clock = Callable[[], float]
 RECORDER = "hrcneuro-recorder"
 """The stream in a recording in which the recorder marks gaps and interruptions, stamped with its own clock."""
 
+TRIGGER_TYPES = ("stim", "trigger", "triggers", "marker")
+"""What the type of a channel may be that shows triggers, in small letters."""
+
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
 

@@ -16,13 +16,12 @@ import pandas as pd
 
 from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.live.transport import TRIGGER_TYPES
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources.formats import xdf
 from hrcneuro.sources.formats.xdf_streams import NoSamples, choose_eeg, info, marker_streams, rate_of, recorded_gaps
 from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.triggers import triggers_of
-
-_TRIGGERS = ("stim", "trigger", "triggers", "marker")
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ def _trigger(eeg: dict[str, Any], wanted: str, path: Path) -> int:
     if wanted not in ("auto", "channel", "annotations"):
         return _row(eeg, wanted, path)
     about = xdf.channels(eeg)
-    rows = [i for i, one in enumerate(about) if one.get("type", "").lower() in _TRIGGERS]
+    rows = [i for i, one in enumerate(about) if one.get("type", "").lower() in TRIGGER_TYPES]
     return rows[0] if rows and wanted != "annotations" else -1
 
 

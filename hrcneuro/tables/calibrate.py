@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hrcneuro.io.tables import Column, Table
+from hrcneuro.tables.rates import RATES
 
 _PROBLEM = {"problem": Column("category", "", "name of the decoding problem")}
 _COUNTS = {
@@ -10,11 +11,7 @@ _COUNTS = {
     "n2": Column("int", "", "trials of class 2"),
 }
 _RATES = {
-    "tnr": Column("float", "%", "held-out trials of class 1 (no takeover) decoded right"),
-    "tpr": Column("float", "%", "held-out trials of class 2 (takeover) decoded right"),
-    "acc": Column("float", "%", "held-out trials decoded right"),
-    "bacc": Column("float", "%", "balanced accuracy, the mean of tnr and tpr"),
-    "auc": Column("float", "%", "area under the receiver operating characteristic"),
+    **RATES,
     "log_loss": Column(
         "float", "bits", "mean of -log2 P(true class), classes weighing alike in each matched stratum; 1: knows nothing"
     ),

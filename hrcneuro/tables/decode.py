@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from hrcneuro.io.tables import Column, Table
+from hrcneuro.tables.rates import RATES
 
 _KEY = {
     "scenario": Column("category", "", "value of the split column, all without one"),
     "problem": Column("category", "", "name of the decoding problem"),
     "decoder": Column("category", "", "name of the decoder's recipe"),
-}
-_RATES = {
-    "tnr": Column("float", "%", "held-out trials of class 1 (no takeover) decoded right"),
-    "tpr": Column("float", "%", "held-out trials of class 2 (takeover) decoded right"),
-    "acc": Column("float", "%", "held-out trials decoded right"),
-    "bacc": Column("float", "%", "balanced accuracy, the mean of tnr and tpr"),
-    "auc": Column("float", "%", "area under the receiver operating characteristic"),
 }
 _FOLD = {
     "repeat": Column("int", "", "repeat of the cross-validation, from 0"),
@@ -30,7 +24,7 @@ FOLDS = Table(
         "n_train": Column("int", "", "training trials after balancing"),
         "n1_test": Column("int", "", "held-out trials of class 1"),
         "n2_test": Column("int", "", "held-out trials of class 2"),
-        **_RATES,
+        **RATES,
     },
 )
 PREDICTIONS = Table(
@@ -112,7 +106,7 @@ SCORES = Table(
         "n2": Column("int", "", "trials of class 2"),
         "n_folds": Column("int", "", "folds used; 0 where nothing was computed"),
         "n_repeats": Column("int", "", "repeats"),
-        **_RATES,
+        **RATES,
         "bacc_se": Column("float", "%", "standard error of bacc from tnr, tpr, n1 and n2: trials as binomial draws"),
         "chance": Column("float", "%", "accuracy that guessing exceeds in 5 % of studies with n1 + n2 trials"),
         "permutation_bacc": Column(
