@@ -6,11 +6,12 @@ import time
 from collections import deque
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hrcneuro.cli.console import Console
+from hrcneuro.cli.picture import Picture
 from hrcneuro.eeg import health
 
 if TYPE_CHECKING:
@@ -29,47 +30,31 @@ class View:
 
     def __init__(self, talk: Console, record: RecordOptions, options: OnlineOptions, log: Path) -> None:
         self._talk, self._record, self._options, self._path = talk, record, options, log
-        self._live: Any = None
+        self._picture = Picture(talk)
         self._drawn = 0.0
         self._events: deque[str] = deque(maxlen=4)
 
     def __enter__(self) -> View:
         self._talk.say(f"deciding, mode {self._options.mode}, into {self._path}; Ctrl-C ends it")
-        if self._talk.shows_progress:
-            from rich.console import Console as RichConsole
-            from rich.live import Live
-
-            self._live = Live(console=RichConsole(stderr=True), auto_refresh=False, transient=True)
-            self._live.start()
+        self._picture.__enter__()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
+        self._picture.__exit__(kind, error, at)
 
     def tell(self, text: str) -> None:
         """Say at once what stands out."""
         line = f"{time.strftime('%H:%M:%S')} {text}"
         self._events.append(line)
-        if self._live is not None:
-            self._live.console.print(line, style="bold red", highlight=False, markup=False)
-        else:
-            self._talk.say(line, style="bold red")
+        self._picture.say(line)
 
     def show(self, loop: Online) -> None:
         """Draw, where there is a terminal, the time has come, and no decision is due at this moment."""
         now = time.monotonic()
-        if self._live is None or now - self._drawn < _EVERY_S or 0 <= loop.deciding.due_s() < 0.1:
+        if not self._picture.shown or now - self._drawn < _EVERY_S or 0 <= loop.deciding.due_s() < 0.1:
             return
         self._drawn = now
-        try:
-            self._live.update(self.table(loop), refresh=True)
-        except Exception as error:
-            # A picture must never end what it shows.
-            self._live.stop()
-            self._live = None
-            self._talk.say(f"the picture is left out from here on ({type(error).__name__}: {error}); the loop goes on")
+        self._picture.draw(lambda: self.table(loop), what="the picture", then="the loop")
 
     def table(self, loop: Online) -> Table:
         """Return the picture of a loop."""

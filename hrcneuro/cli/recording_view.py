@@ -8,11 +8,12 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hrcneuro.cli.console import Console
+from hrcneuro.cli.picture import Picture
 from hrcneuro.eeg import health
 from hrcneuro.live.preflight import names_of, scales
 
@@ -35,7 +36,7 @@ class View:
 
     def __init__(self, talk: Console, folder: Path, options: RecordOptions) -> None:
         self._talk, self._folder, self._options = talk, folder, options
-        self._live: Any = None
+        self._picture = Picture(talk)
         self._drawn = 0.0
         self._windows: dict[str, deque[np.ndarray]] = {}
         self._markers: deque[str] = deque(maxlen=_MARKERS)
@@ -45,28 +46,17 @@ class View:
 
     def __enter__(self) -> View:
         self._talk.say(f"recording into {self._folder}; Ctrl-C ends it")
-        if self._talk.shows_progress:
-            from rich.console import Console as RichConsole
-            from rich.live import Live
-
-            self._live = Live(console=RichConsole(stderr=True), auto_refresh=False, transient=True)
-            self._live.start()
+        self._picture.__enter__()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
+        self._picture.__exit__(kind, error, at)
 
     def tell(self, stream: Stream, event: Event) -> None:
         """Say at once what stands out, with the terminal's bell."""
         text = f"{time.strftime('%H:%M:%S')} {stream.key}: {event}"
         self._events.append(text)
-        if self._live is not None:
-            self._live.console.bell()
-            self._live.console.print(text, style="bold red", highlight=False, markup=False)
-        else:
-            self._talk.say(text, style="bold red")
+        self._picture.say(text, bell=True)
 
     def fail(self, text: str) -> None:
         """Say at once that the recording cannot go on."""
@@ -78,22 +68,16 @@ class View:
 
     def show(self, streams: Sequence[Stream], size: int, seconds: float) -> None:
         """Take in what has come; draw it where there is a terminal and the time has come."""
-        if self._live is None:
-            return
-        try:
-            for stream in streams:
-                self._take(stream)
-            now = time.monotonic()
-            if now - self._drawn >= _EVERY_S:
-                self._drawn = now
-                self._live.update(self._table(streams, size, seconds, now), refresh=True)
-        except Exception as error:
-            # A picture of a recording must never end it.
-            self._live.stop()
-            self._live = None
-            self._talk.say(
-                f"the table is left out from here on ({type(error).__name__}: {error}); the recording goes on"
-            )
+        self._picture.draw(lambda: self._due(streams, size, seconds), what="the table", then="the recording")
+
+    def _due(self, streams: Sequence[Stream], size: int, seconds: float) -> Table | None:
+        for stream in streams:
+            self._take(stream)
+        now = time.monotonic()
+        if now - self._drawn < _EVERY_S:
+            return None
+        self._drawn = now
+        return self._table(streams, size, seconds, now)
 
     def _take(self, stream: Stream) -> None:
         if stream.last is None or self._seen.get(stream.key) == stream.watch.count:
