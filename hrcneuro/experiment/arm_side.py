@@ -10,7 +10,7 @@ import contextlib
 import gc
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -22,12 +22,13 @@ from hrcneuro.arms.words import Words
 from hrcneuro.errors import HrcError
 from hrcneuro.experiment import messages
 from hrcneuro.experiment.ahead import Ahead
-from hrcneuro.experiment.messages import Finish, Go, Mark, Report, Request, Truth
+from hrcneuro.experiment.messages import Go, Mark, Report, Request, Truth
 from hrcneuro.live import onsets
 from hrcneuro.paradigm import markers
 from hrcneuro.robot import requests, session
 from hrcneuro.robot.assembly import make_loop
 from hrcneuro.robot.backend import Clock
+from hrcneuro.robot.events import Approach, Finish, InRadius
 from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.workspace import Workspace
@@ -226,13 +227,11 @@ class _Side:
         if not self._waiting or (moving and not isinstance(self._waiting[0], Go)):
             return None
         request = self._waiting.popleft()
-        if isinstance(request, Finish):
-            return requests.Finish()
         if isinstance(request, Go):
             return self._make(request)
-        assert isinstance(request, messages.Approach)
+        assert isinstance(request, Approach | Finish)
         self._first = True
-        return requests.Approach(request.tile)
+        return request
 
     def _make(self, go: Go) -> requests.Make:
         tags = markers.move_in(go.marker) or {}
@@ -254,14 +253,12 @@ class _Side:
             self._send(messages.Executed(self._asked[event.index].index, self._absolute(event.track.end)))
             return
         when = self._absolute(event.when)
-        if isinstance(event, requests.Ready):
-            self._send(messages.Ready(when, event.lead))
-        elif isinstance(event, requests.Arrived):
-            self._send(messages.Arrived(event.tile, when))
-        elif isinstance(event, requests.Stays):
+        if isinstance(event, requests.Stays):
             self._send(messages.Onset(self._asked[event.index].index, when))
+        elif isinstance(event, InRadius):
+            self._send(replace(event, index=self._asked[event.index].index, when=when))
         else:
-            self._send(messages.InRadius(self._asked[event.index].index, when))
+            self._send(replace(event, when=when))
 
     def _onset(self, age: Callable[[], float], move: int) -> None:
         for sender in self._senders:

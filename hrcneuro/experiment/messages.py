@@ -9,15 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hrcneuro.paradigm.grid import Tile
+from hrcneuro.robot.events import Approach, Arrived, Finish, InRadius, Ready
 
 # --- to the arm's side ------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Approach:
-    """Bring the tool over a tile in a straight line, between episodes."""
-
-    tile: Tile
 
 
 @dataclass(frozen=True)
@@ -57,30 +51,9 @@ class Truth:
     move: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Finish:
-    """Come to rest and let go of the arm."""
-
-
 Request = Approach | Go | Mark | Truth | Finish
 
 # --- from the arm's side ----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Ready:
-    """The arm stands above the grid's centre, its lead is known."""
-
-    when: float
-    lead: float
-
-
-@dataclass(frozen=True)
-class Arrived:
-    """An approach has ended."""
-
-    tile: Tile
-    when: float
 
 
 @dataclass(frozen=True)
@@ -90,14 +63,6 @@ class Onset:
     index: int
     when: float
     marked: float = float("nan")
-
-
-@dataclass(frozen=True)
-class InRadius:
-    """The tool is within 2 mm of the move's goal: from now on keys are accepted."""
-
-    index: int
-    when: float
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 
-from hrcneuro.paradigm.grid import CENTRE, Tile
+from hrcneuro.paradigm.grid import CENTRE
+from hrcneuro.robot.events import Approach, Finish
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
-
-
-@dataclass(frozen=True)
-class Approach:
-    """Bring the tip over a tile in a straight line."""
-
-    tile: Tile
 
 
 @dataclass(frozen=True)
@@ -29,11 +23,6 @@ class Make:
     index: int
     move: PlannedMove
     not_before: float = -inf
-
-
-@dataclass(frozen=True)
-class Finish:
-    """Ask for nothing more; the arm is left at rest."""
 
 
 Request = Approach | Make | Finish
@@ -47,32 +36,8 @@ returned waits until the arm rests. None: nothing yet.
 
 
 @dataclass(frozen=True)
-class Ready:
-    """The arm stands over the grid's centre, and its lead is known."""
-
-    when: float
-    lead: float
-
-
-@dataclass(frozen=True)
-class Arrived:
-    """An approach has ended."""
-
-    tile: Tile
-    when: float
-
-
-@dataclass(frozen=True)
 class Stays:
     """A move that the grid's edge stops has begun: the arm stays for its duration, and no onset is marked."""
-
-    index: int
-    when: float
-
-
-@dataclass(frozen=True)
-class InRadius:
-    """The first cycle of a move in which the tip is within the cell's radius of its goal."""
 
     index: int
     when: float

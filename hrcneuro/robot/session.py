@@ -10,12 +10,13 @@ from hrcneuro.paradigm.grid import CENTRE, Tile, distance, inside
 from hrcneuro.paradigm.timing import IN_RADIUS
 from hrcneuro.robot import record
 from hrcneuro.robot.backend import PERIOD
+from hrcneuro.robot.events import Approach, Arrived, Finish, InRadius, Ready
 from hrcneuro.robot.homing import check_lead, find_lead, go_home
 from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.record import Track
-from hrcneuro.robot.requests import Approach, Arrived, Finish, InRadius, Make, Ready, Replay, Request, Source, Stays
+from hrcneuro.robot.requests import Make, Replay, Request, Source, Stays
 from hrcneuro.robot.trajectory import BoundedPath, MotionState, MovingStart, TileMove, Trajectory
 from hrcneuro.robot.workspace import Workspace
 

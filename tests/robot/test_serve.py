@@ -10,10 +10,11 @@ import pytest
 
 from hrcneuro.paradigm.timing import IN_RADIUS
 from hrcneuro.robot.backend import PERIOD, Cause, Stopped
+from hrcneuro.robot.events import Approach, Arrived, Finish, InRadius, Ready
 from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
-from hrcneuro.robot.requests import Approach, Arrived, Finish, InRadius, Make, Ready
+from hrcneuro.robot.requests import Make
 from hrcneuro.robot.session import Executed, run_session, serve
 
 PACE = Pace(pause_s=0.1)
