@@ -17,17 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
-LSL = """[lab]
-KnownPeers = {{127.0.0.1}}
-SessionID = {session}
-[multicast]
-ResolveScope = machine
-[ports]
-IPv6 = disable
-[log]
-level = -3
-"""
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+from live_lab import LSL, ROOT
+
 SFREQ, CHUNK, CHANNELS, EVERY_S = 1000.0, 10, 30, 0.75
 LIMIT_P99_MS, LIMIT_SHARE, LIMIT_MB = 5.0, 0.25, 300.0
 

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from live_lab import LSL
 from ur10_robot import Served, Stream
 
 from hrcneuro.arms.clock import seconds
@@ -89,18 +88,6 @@ def config(tmp_path_factory):
 @pytest.fixture(scope="module")
 def ahead(config):
     return Ahead(config, shortest_s=0.6)
-
-
-@pytest.fixture(scope="module")
-def lsl(tmp_path_factory):
-    """Return mne-lsl's low-level module, bound to this machine and to this process's streams."""
-    if "LSLAPICFG" in os.environ:
-        pytest.skip("LSLAPICFG is set: this laboratory's streams are its own")
-    place = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
-    place.write_text(LSL.format(session=f"hrcneuro-test-{os.getpid()}"))
-    os.environ["LSLAPICFG"] = str(place)
-    yield pytest.importorskip("mne_lsl.lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
-    del os.environ["LSLAPICFG"]
 
 
 def test_a_session_in_real_time(config, ahead, lsl):

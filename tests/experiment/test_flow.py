@@ -157,9 +157,7 @@ def test_an_arm_that_was_stopped_makes_the_move_again_and_nothing_else_changes(m
 
 @pytest.mark.parametrize("steps", range(1, 60, 7))
 def test_a_stop_at_any_instant_loses_and_doubles_no_row(steps):
-    lab = Lab(SMALL)
-    for _ in range(steps):
-        lab.step()
+    lab = Lab(SMALL).after(steps)
     lab.halt()
     lab.run()
     lab.flow.order(Order.GO_ON, lab.now)
@@ -170,9 +168,7 @@ def test_a_stop_at_any_instant_loses_and_doubles_no_row(steps):
 
 @pytest.mark.parametrize("steps", range(1, 90, 7))
 def test_a_pause_at_any_instant_changes_nothing_but_times(steps):
-    lab = Lab(SMALL)
-    for _ in range(steps):
-        lab.step()
+    lab = Lab(SMALL).after(steps)
     lab.flow.pause(lab.now, "a stream is lost")
     lab.run()
     if not lab.flow.over:
@@ -185,9 +181,7 @@ def test_a_pause_at_any_instant_changes_nothing_but_times(steps):
 
 @pytest.mark.parametrize("steps", range(1, 60, 7))
 def test_escape_twice_ends_at_rest(steps):
-    lab = Lab(SMALL)
-    for _ in range(steps):
-        lab.step()
+    lab = Lab(SMALL).after(steps)
     lab.flow.key(m.Key("escape", lab.now))
     lab.flow.key(m.Key("escape", lab.now + 0.5))
     lab.run()

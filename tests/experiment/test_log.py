@@ -393,12 +393,11 @@ def test_a_broken_off_episode_needs_what_the_experiment_kept(tmp_path, trials):
         read_log(tmp_path, "s01")
 
 
-def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, trials, monkeypatch):
-    log = begun(tmp_path)
-    play(log, trials, most=20)
-    real, room = os.write, 130
+def full_after(room):
+    """Return what writes so many bytes, and then has no room."""
+    real = os.write
 
-    def full(file, data):
+    def write(file, data):
         nonlocal room
         part = data[:room]
         room -= len(part)
@@ -406,9 +405,15 @@ def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, tria
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return real(file, part)
 
+    return write
+
+
+def test_a_full_disk_is_told_and_what_was_not_written_comes_later(tmp_path, trials, monkeypatch):
+    log = begun(tmp_path)
+    play(log, trials, most=20)
     row = trials.iloc[20]
     with monkeypatch.context() as patch:
-        patch.setattr(disk.os, "write", full)
+        patch.setattr(disk.os, "write", full_after(130))
         with pytest.raises(StageError, match="No space left on device") as error:
             log.move(move_of(row), onset=2000.0, t_f=0.8, ended=2001.0)
         assert "free space" in error.value.cure
@@ -427,19 +432,9 @@ def test_what_has_no_room_at_the_end_is_told_whole(tmp_path, trials, monkeypatch
     """Put where the words say, the log goes on as if there had been room."""
     log, path = begun(tmp_path), tmp_path / "s01" / experiments.FILE
     play(log, trials, most=20)
-    real, room = os.write, 130
-
-    def full(file, data):
-        nonlocal room
-        part = data[:room]
-        room -= len(part)
-        if not part:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return real(file, part)
-
     row = trials.iloc[20]
     with monkeypatch.context() as patch:
-        patch.setattr(disk.os, "write", full)
+        patch.setattr(disk.os, "write", full_after(130))
         with pytest.raises(StageError, match="No space left on device"):
             log.move(move_of(row), onset=2000.0, t_f=0.8, ended=2001.0)
         with pytest.raises(StageError, match="No space left on device"):

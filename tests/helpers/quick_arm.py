@@ -104,6 +104,12 @@ class Lab:
             return False
         return True
 
+    def after(self, steps):
+        """Let so many things happen."""
+        for _ in range(steps):
+            self.step()
+        return self
+
     def run(self, until=lambda lab: False):
         """Let things happen until ``until`` holds, or nothing more does."""
         while not self.flow.over and not until(self):

@@ -14,7 +14,6 @@ import threading
 import numpy as np
 import pandas as pd
 import pytest
-from live_lab import LSL
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import onsets
@@ -45,18 +44,6 @@ longest_gap_s = 0.0
 # The machine runs other tests beside this one.
 max_packet_age_s = 0.5
 """
-
-
-@pytest.fixture(scope="module")
-def lsl(tmp_path_factory):
-    """Return mne-lsl's low-level module, bound to this machine and to this process's streams."""
-    if "LSLAPICFG" in os.environ:
-        pytest.skip("LSLAPICFG is set: this laboratory's streams are its own")
-    place = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
-    place.write_text(LSL.format(session=f"hrcneuro-test-{os.getpid()}"))
-    os.environ["LSLAPICFG"] = str(place)
-    yield pytest.importorskip("mne_lsl.lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
-    del os.environ["LSLAPICFG"]
 
 
 def listen(lsl, source):
