@@ -80,8 +80,7 @@ class Driven:
         """
         ends = expected_ends(self.moves, self.workspace, pace)
         self._left, self.machine = _news(ends), Machine()
-        size = self._check_room(ends[-1])
-        what = f"a session of about {roughly(ends[-1] + _BEFORE_S)}"
+        size, what = self._check_room(ends[-1])
         check_room(copy, size, what=what, cure="free space: 'hrcneuro cache gc' drops unused entries")
         self.recording = self._new_recording(moves=len(self.moves), robot=about, reserve=size)
 
@@ -96,7 +95,8 @@ class Driven:
             ConfigError, StageError: There is no room, or it may not or cannot be written there.
         """
         self.machine = Machine()
-        self.recording = self._new_recording(**about, reserve=self._check_room(seconds))
+        size, _ = self._check_room(seconds)
+        self.recording = self._new_recording(**about, reserve=size)
 
     def follow(self, loop: Loop) -> None:
         """Take down what ``loop`` does from now on."""
@@ -203,13 +203,13 @@ class Driven:
         self.words.say(kept)
         return _with_record(reason, f"{kept}; it ended {self._reached()}", self.anew)
 
-    def _check_room(self, seconds: float) -> int:
-        """Return how many bytes the tables of a session may take, once there is room for it where recordings lie."""
+    def _check_room(self, seconds: float) -> tuple[int, str]:
+        """Return how many bytes a session's tables may take, and what it is called, once there is room for it."""
         what, cycles = f"a session of about {roughly(seconds + _BEFORE_S)}", round((seconds + _BEFORE_MOST_S) * RATE)
         size = cycles * _TABLE_BYTES
         cure = "free space, or choose another place for recordings: robot.rescue_folder"
         check_room(self._parent, size + cycles * _STREAM_BYTES, what=what, cure=cure)
-        return size
+        return size, what
 
     @property
     def _plan(self) -> str:
