@@ -201,7 +201,9 @@ def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> b
         now = time.monotonic()
         if (new := lock.sign()) != sign:
             sign, heard = new, now
-        if not lock.surely_held and now - heard >= patience_s:
+        # Whoever lets go of a lock of the kernel's empties the file first: for an instant it names nobody.
+        patience = patience_s if lock.holder.pid else max(patience_s, BEAT_S)
+        if not lock.surely_held and now - heard >= patience:
             tell(f"{lock.holder} has given no sign of life for {patience_s:g} s and is taken to be gone: {lock.place}")
             return lock.seize()
         if now >= word_at:

@@ -120,6 +120,30 @@ def test_a_holder_that_is_known_to_live_is_not_taken_to_be_gone(place):
     released.join()
 
 
+def test_a_holder_is_not_taken_to_be_gone_while_it_lets_go(monkeypatch, place):
+    """Between the emptied file and the end of the kernel's lock, nobody is named."""
+    mine, other = Lock(place), Lock(place)
+    assert mine.take()
+    close = os.close
+    emptied = threading.Event()
+
+    def linger(file):
+        if not emptied.is_set() and file == mine._file:
+            emptied.set()
+            threading.Event().wait(3 * locks._POLL_S)
+        close(file)
+
+    monkeypatch.setattr(os, "close", linger)
+    released = threading.Thread(target=mine.release)
+    released.start()
+    assert emptied.wait(10)
+    said = []
+    assert wait_for(other, said.append, patience_s=0.0)
+    assert said == []
+    other.release()
+    released.join()
+
+
 def test_a_foreign_holder_that_lives_is_waited_for(monkeypatch, place):
     without_kernel_locks(monkeypatch)
     place.write_text("4711\nnode17\n")
