@@ -29,6 +29,7 @@ from hrcneuro.live import decisions, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
 from hrcneuro.live.parameters import OnlineOptions
+from hrcneuro.live.policies import source_of
 from hrcneuro.live.transport import DECISIONS
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -98,7 +99,7 @@ class Task:
                     "Markers",
                     ["decision"],
                     sfreq=0,
-                    source_id=f"hrcneuro-online-{self._subject}-{os.getpid()}",
+                    source_id=source_of(self._subject, os.getpid()),
                 )
                 view = View(self._talk, self._record, self._wanted, log.path)
                 loop = Online(

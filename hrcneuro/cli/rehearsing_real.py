@@ -49,7 +49,7 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
     with (
         _beside("amp", [subject, *common], folder) as amp,
         _beside("record", [subject, *common], folder) as recorder,
-        Desk(bring.console(options), setup.session.blocks) as desk,
+        Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
             return RealTime(setup, desk, streams=["eeg"]).run()

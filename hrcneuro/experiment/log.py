@@ -72,7 +72,7 @@ class Log:
     @classmethod
     def begin(
         cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+        within: str = "", simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
     ) -> Log:  # fmt: skip
         """Begin the log of a session that was never begun.
 
@@ -81,6 +81,7 @@ class Log:
             subject: Whose session.
             options: JSON values that decide the session, its seed among them; one that goes on must have the same.
             about: JSON values that are worth knowing, and may differ when it goes on.
+            within: A folder in the subject's, in which it lies.
             simulated: The human is simulated.
             real_time: A thread waits for the disk. Otherwise :meth:`flush_table` does, and nobody else.
             now: The clock of all times, seconds.
@@ -90,7 +91,7 @@ class Log:
             HardwareError: Another experiment of the subject is running.
             StageError: There is no room.
         """
-        place = folder / subject
+        place = folder / subject / within
         check_room(
             place, _ROOM, what="the experiment's log", cure="free space, or choose another place: record.folder",
             then="nothing was begun",
@@ -109,7 +110,7 @@ class Log:
     @classmethod
     def resume(
         cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+        within: str = "", simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
     ) -> Log:  # fmt: skip
         """Go on with the log of a session that was broken off; :attr:`progress` tells how far it had come.
 
@@ -120,7 +121,7 @@ class Log:
             ConfigError: It is complete, was begun with other options, or the folder may not be written.
             HardwareError: Another experiment of the subject is running.
         """
-        place = folder / subject
+        place = folder / subject / within
         if not (place / experiments.FILE).is_file():
             raise DataError(
                 f"there is no experiment to go on with in {place}", cure="begin one: the same command without --resume"

@@ -30,24 +30,31 @@ class Endless:
 
     ch_names = CH_NAMES
 
-    def __init__(self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator) -> None:
-        """Make a subject, and two minutes of its rest.
+    def __init__(
+        self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator, sitting: int = 0,
+        rest_s: float = _REST_S,
+    ) -> None:  # fmt: skip
+        """Make a subject, and some minutes of its rest.
 
         Args:
             params: What is planted.
             sfreq: Sampling rate, Hz.
             rng: The subject's generator.
+            sitting: As :func:`~hrcneuro.eeg.synthetic.generator.generate` has it.
+            rest_s: After so long its rest repeats, seconds.
         """
         self.sfreq, self.taken, self._params = sfreq, 0, params
         self._draws, made = rng.spawn(2)
         still = replace(params, effect="none", positivity_uv=0.0, visual_uv=0.0, motor_uv=0.0, error_uv=0.0)
         # One move that evokes nothing: a recording ends five seconds after its last one.
-        nothing = pd.DataFrame([{**_MISSING, "onset_s": _REST_S + _FADE_S - 5.0, "condition_before": None}])
-        rest = generate(nothing, params=still, sfreq=sfreq, rng=made)
+        nothing = pd.DataFrame([{**_MISSING, "onset_s": rest_s + _FADE_S - 5.0, "condition_before": None}])
+        rest = generate(nothing, params=still, sfreq=sfreq, rng=made, sitting=sitting)
         self._rest = _joined_ends(rest.data_uv, round(_FADE_S * sfreq))
         gains: pd.DataFrame = rest.truth["topographies"]
         self._gains = {name: gains[name].to_numpy(np.float32) for name in responses.COMPONENTS}
         self._subject = responses.own_values(params=params, rng=self._draws)
+        if sitting:
+            self._draws = self._draws.spawn(sitting)[-1]
         self._evoked = np.zeros((len(CH_NAMES), round(_AHEAD_S * sfreq)), np.float32)
 
     def take(self, n: int) -> np.ndarray:
