@@ -54,15 +54,7 @@ class Task:
         self._parent = options.workdir.absolute() / self._record.folder / subject
 
     def _learner(self) -> OnlineLearner:
-        one = self._wanted
-        kind = kinds(alpha=one.alpha, ddof=0, horizon=one.horizon)[one.learner]
-        rates = rates_of(self._about.get("summary", {}).get("problems", {}))
-        if rates is None and kind.evidence == "decision" and one.learner == "bayes":
-            raise ConfigError(
-                "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
-                cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
-            )
-        return OnlineLearner(kind, tau=one.tau, floor=one.floor, rates=rates)
+        return learner_of(self._wanted, self._about)
 
     # --- live -----------------------------------------------------------------------------------------------------
 
@@ -225,6 +217,22 @@ class Task:
         if told["log"]:
             lines.append(f"  log: {told['log']}")
         self._talk.results(lines)
+
+
+def learner_of(options: OnlineOptions, about: Mapping[str, Any]) -> OnlineLearner:
+    """Return the learner that is configured; ``about`` is what a decoder's file says of it.
+
+    Raises:
+        ConfigError: It needs rates that the decoder has not.
+    """
+    kind = kinds(alpha=options.alpha, ddof=0, horizon=options.horizon)[options.learner]
+    rates = rates_of(about.get("summary", {}).get("problems", {}))
+    if rates is None and kind.evidence == "decision" and options.learner == "bayes":
+        raise ConfigError(
+            "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
+            cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
+        )
+    return OnlineLearner(kind, tau=options.tau, floor=options.floor, rates=rates)
 
 
 def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:

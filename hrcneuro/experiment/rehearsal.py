@@ -93,6 +93,7 @@ class Rehearsal:
             lambda: amp,
             self._network.clock,
             chunk=_CHUNK if loop is None else _QUICK_CHUNK,
+            apart=False,
             rng=np.random.default_rng(setup.seed),
         )
         self._person = Person(self._amplifier, signal)

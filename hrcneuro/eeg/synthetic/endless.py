@@ -55,16 +55,22 @@ class Endless:
         self._subject = responses.own_values(params=params, rng=self._draws)
         if sitting:
             self._draws = self._draws.spawn(sitting)[-1]
-        self._evoked = np.zeros((len(CH_NAMES), round(_AHEAD_S * sfreq)), np.float32)
+        # Twice what lies ahead, so that what was taken is shifted out now and then only.
+        self._ahead = round(_AHEAD_S * sfreq)
+        self._evoked, self._past = np.zeros((len(CH_NAMES), 2 * self._ahead), np.float32), 0
 
     def take(self, n: int) -> np.ndarray:
         """Return the next samples: ndarray, shape (n, 30), float32, µV."""
         at = (self.taken + np.arange(n)) % self._rest.shape[1]
         data = self._rest[:, at]
-        known = min(n, self._evoked.shape[1])
-        data[:, :known] += self._evoked[:, :known]
-        self._evoked[:, : self._evoked.shape[1] - known] = self._evoked[:, known:]
-        self._evoked[:, self._evoked.shape[1] - known :] = 0
+        known = min(n, self._ahead)
+        data[:, :known] += self._evoked[:, self._past : self._past + known]
+        self._past += known
+        if self._past > self._ahead:
+            left = self._evoked.shape[1] - self._past
+            self._evoked[:, :left] = self._evoked[:, self._past :]
+            self._evoked[:, left:] = 0
+            self._past = 0
         self.taken += n
         return data.T
 
@@ -81,9 +87,8 @@ class Endless:
         table = responses.evoked(row, self._subject, params=self._params, rng=self._draws)
         begin = (onset - self.taken) / self.sfreq
         for name in only:
-            samples = self._evoked.shape[1]
-            wave = responses.course(name, table, np.array([begin]), samples, self.sfreq)
-            self._evoked += self._gains[name][:, None] * wave
+            wave = responses.course(name, table, np.array([begin]), self._ahead, self.sfreq)
+            self._evoked[:, self._past : self._past + self._ahead] += self._gains[name][:, None] * wave
 
 
 def _joined_ends(data: np.ndarray, fade: int) -> np.ndarray:
