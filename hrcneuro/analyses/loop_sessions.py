@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from hrcneuro.learning.loop import CASES, STEPS, LoopSessions
+from hrcneuro.learning.loop import CASES, STEPS, LoopModel, LoopSessions
 from hrcneuro.tables.loop import DIRECTIONS
 
 _SESSION = ["subject", "session"]
@@ -48,6 +49,19 @@ def loop_sessions(steps: pd.DataFrame, episodes: pd.DataFrame) -> LoopSessions:
     takeover = (taught["predicted"] != taught["before"]).to_numpy(int)
     np.add.at(decisions, (_index(taught, keys), case, takeover), 1)
     return LoopSessions(policies, owners, updates, kinds, decisions)
+
+
+def as_measured(model: LoopModel, steps: pd.DataFrame) -> LoopModel:
+    """Return a null model whose decisions teach, and are in time, as often as those of these steps.
+
+    Where nothing was taught, nothing is; where nothing is known of being in time, all are.
+    """
+    straight = steps[steps["before"].notna() & steps["drawn"].notna()]
+    taught = straight[straight["update"].eq(True)]
+    known = taught["in_time_for_tr"].dropna()
+    teaches = len(taught) / len(straight) if len(straight) else 0.0
+    in_time = float(known.astype(bool).mean()) if len(known) else 1.0
+    return replace(model, teaches=teaches, in_time=in_time)
 
 
 def latencies(steps: pd.DataFrame) -> dict[str, np.ndarray]:

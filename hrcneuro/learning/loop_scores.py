@@ -65,6 +65,17 @@ def mean_over_sessions(values: np.ndarray) -> Mean:
     return Mean(mean, half, n)
 
 
+def expected_mean(values: np.ndarray, n: int) -> Mean:
+    """Return where the mean of ``n`` further sessions like these is expected, in 95 of 100 cases, by Student's t.
+
+    Args:
+        values: ndarray, shape (n_sessions, ...), of simulated sessions.
+        n: How many sessions were measured.
+    """
+    own = mean_over_sessions(values)
+    return Mean(own.mean, own.half_width * np.sqrt(1.0 + own.n / max(n, 1)), own.n)
+
+
 def accuracy(sessions: LoopSessions, rows: str = "all") -> np.ndarray:
     """Return the mean of π(right action | direction) after each episode: ndarray, shape (n_sessions, n_episodes).
 
