@@ -120,13 +120,14 @@ def run(
     *,
     seconds: float = 0,
     as_json: bool = False,
+    sitting: int = 0,
 ) -> int:
     """Send until Ctrl-C, the recording's end or so many seconds; return 0.
 
     Raises:
         HardwareError: mne-lsl is absent.
     """
-    brain = None if source is not None else brain_of(study, subject)
+    brain = None if source is not None else brain_of(study, subject, sitting=sitting)
     signal_, types = (source.signal, source.kinds) if source is not None else (brain, kinds())
     assert signal_ is not None
     with LslNetwork() as network:

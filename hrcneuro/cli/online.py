@@ -21,7 +21,7 @@ from hrcneuro.cli.options import Options
 def online(
     options: Options,
     subject: Annotated[str, typer.Argument(help="Whose session.", autocompletion=completion.subjects)],
-    mode: Annotated[str, typer.Option(help="shadow, semi or closed.")] = "",
+    mode: Annotated[str, typer.Option(help="shadow, semi or closed.", autocompletion=completion.modes)] = "",
     replay: Annotated[Path | None, typer.Option(help="A recording's folder: the same over what was recorded.")] = None,
     chunk: Annotated[int, typer.Option(help="Samples that come together in a replay.", min=1)] = 10,
     log: Annotated[

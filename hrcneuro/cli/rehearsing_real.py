@@ -30,8 +30,11 @@ level = -2
 """A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
 
 
-def real(options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]]) -> Seen:
-    """Run one block beside ``amp`` and ``record``; return what was seen of it.
+def real(
+    options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]],
+    *, decoder: Path | None = None,
+) -> Seen:  # fmt: skip
+    """Run one block beside ``amp`` and ``record``, and beside ``online`` with a decoder; return what was seen of it.
 
     Raises:
         HrcError: The session cannot be begun.
@@ -46,9 +49,12 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
     common = ["--workdir", str(folder), *(["--config", str(options.config)] if options.config else [])]
     for one in [*(options.set or ()), *(text for texts in given.values() for text in texts)]:
         common += ["--set", one]
+    # Another sitting than the one that was calibrated on.
+    sitting = ["--sitting", "1"] if decoder is not None else []
     with (
-        _beside("amp", [subject, *common], folder) as amp,
+        _beside("amp", [subject, *sitting, *common], folder) as amp,
         _beside("record", [subject, *common], folder) as recorder,
+        _deciding(subject, decoder, common, folder),
         Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
@@ -60,6 +66,14 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
                         f"'hrcneuro {name}' ended by itself: {_last_words(folder / f'{name}.txt')}",
                         cure=f"see {folder / f'{name}.txt'}",
                     )
+
+
+def _deciding(
+    subject: str, decoder: Path | None, common: Sequence[str], folder: Path
+) -> contextlib.AbstractContextManager[object]:
+    if decoder is None:
+        return contextlib.nullcontext()
+    return _beside("online", [subject, "--decoder", str(decoder), *common], folder)
 
 
 @contextlib.contextmanager
