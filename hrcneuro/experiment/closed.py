@@ -15,7 +15,7 @@ from hrcneuro.experiment.person import SimulatedPerson, evoked
 from hrcneuro.experiment.turns import EARLY, Turn, Turns
 from hrcneuro.paradigm import markers
 from hrcneuro.paradigm.closed import HUMAN, ClosedBlock, ClosedEpisode
-from hrcneuro.paradigm.episode import Episode
+from hrcneuro.paradigm.episode import ROBOTS_TURN, Episode
 from hrcneuro.paradigm.grid import STEPS
 from hrcneuro.paradigm.params import TimingParams
 from hrcneuro.paradigm.session import DrawnBlock
@@ -145,6 +145,9 @@ class ClosedTurns(Turns):
         """Take a person's key: return why it is ignored, or an empty text where it decides the move."""
         if self.released and not self.next_actor and not self.episode.over:
             return EARLY
+        if self._decided and self.next_actor != HUMAN:
+            # Also where the robot waits for the person at a step of its own.
+            return ROBOTS_TURN
         return super().key(key)
 
     def _decide(self, intended: str) -> Turn:
