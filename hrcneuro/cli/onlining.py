@@ -24,8 +24,8 @@ from hrcneuro.errors import ConfigError, DataError, StageError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.online import OnlineLearner, rates_of
-from hrcneuro.live import decisions, online_streams, replaying
+from hrcneuro.learning.online import OnlineLearner, Policy, rates_of
+from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
 from hrcneuro.live.parameters import OnlineOptions
@@ -72,14 +72,16 @@ class Task:
         )
         return 0
 
-    def live(self, seconds: float) -> int:
+    def live(self, seconds: float, *, go_on: bool = False) -> int:
         """Decide until a marker tells that the session has ended, Ctrl-C, or so many seconds; return the exit code.
 
         Raises:
             HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves.
             ConfigError, StageError: The log cannot be written.
+            DataError: There is no loop to go on with, or it was another one.
         """
         learner = self._learner()
+        policy = self._relearn(learner) if go_on else None
         # Threads of BLAS that wait for each other take longer than these products.
         with interrupts.whole(), threadpool_limits(1):
             with LslNetwork() as network:
@@ -98,6 +100,8 @@ class Task:
                     network, network.clock, eeg, self._decoder, learner, self._wanted, subject=self._subject,
                     publish=outlet.send, log=log, rail_uv=self._record.rail_uv, tell=view.tell,
                 )  # fmt: skip
+                if policy is not None and self._wanted.mode == "semi":
+                    loop.deciding.policy = policy
                 interrupts.once(lambda: self._talk.say("the log is being ended; a moment"))
                 interrupts.hold()
                 begun, work = time.monotonic(), time.process_time()
@@ -119,6 +123,12 @@ class Task:
         }
         self._answer(told)
         return 0
+
+    def _relearn(self, learner: OnlineLearner) -> Policy | None:
+        path = going_on.newest(self._parent)
+        begun = going_on.relearned(decisions.lines(path), learner, self._decoder, afresh=self._wanted.afresh)
+        self._talk.say(f"goes on with what {path} tells: {learner.updates} decisions had taught")
+        return begun
 
     def _go_on(self, loop: Online, view: View, seconds: float) -> None:
         gc.collect()

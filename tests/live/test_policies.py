@@ -95,7 +95,7 @@ def test_a_loop_that_is_started_anew_is_heard(network, policies):
 
 @pytest.mark.parametrize(
     ("others", "said"),
-    [([], "no closed loop of s01"), ([loop("s02")], "no closed loop of s01"), ([loop(), loop(number=8)], "2 closed loops")],
+    [([], "no closed loop of s01"), ([loop("s02")], "no closed loop of s01"), ([loop(), loop(number=8)], "2 closed")],
 )  # fmt: skip
 def test_it_must_be_there_once(others, said):
     network = VirtualNetwork(*others)
