@@ -15,8 +15,7 @@ from hrcneuro.cli.options import Options
 @command(
     "Rehearse a session: amplifier, recorder, experiment and analysis, simulated.",
     "rehearse s01",
-    "rehearse s01 --pace real",
-    "rehearse s01 --closed --sessions 10",
+    "rehearse s01 --closed",
     name="rehearse",
 )
 def rehearse(

@@ -128,11 +128,13 @@ class Rehearsal:
         return self._person.late
 
     def _recorded(self, lab: Lab, subject: str) -> Session | None:
-        if lab.folder is None:
-            return None
         options, folder = lab.options, lab.folder
+        # Whether or not it is recorded, the same time passes: what is recorded is what happens without.
         opened = preparation.prepare(self._network, self._network.clock, self._network.wait, options)
         preparation.refuse(opened.problems)
+        if folder is None:
+            opened.close()
+            return None
         notes = journal.Journal(folder, {"subject": subject})
         path = path_of(folder, 1)
         part = Part(path, started=datetime.now().astimezone().isoformat(timespec="milliseconds"))

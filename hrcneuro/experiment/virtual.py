@@ -40,6 +40,11 @@ class Virtual:
             ConfigError: The arm cannot work in the cell.
         """
         session.check(setup)
+        if setup.closed and policies is None:
+            raise ConfigError(
+                "closed blocks at virtual pace, and nothing that decides beside them",
+                cure=f"hrcneuro rehearse {setup.subject} --closed runs both; or --pace real, beside 'hrcneuro online'",
+            )
         self._setup, self._policies, self._around, self._hear = setup, policies, around, hear
         self._ahead = Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
         self._requests: deque[m.Request] = deque()
