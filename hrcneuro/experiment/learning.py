@@ -15,7 +15,7 @@ from hrcneuro.live.policies import Policies, source_of
 from hrcneuro.live.transport import DECISIONS
 from hrcneuro.live.virtual import VirtualNetwork, VirtualOutlet
 
-_SOON_S = 0.1
+_SOON_S = 0.01
 
 
 @dataclass(frozen=True)
@@ -59,10 +59,9 @@ class Learning:
         self.policies = Policies(network, network.clock, subject)
         self.policies.find(network.wait, patience_s=1.0)
 
-    @property
-    def soon(self) -> bool:
-        """Whether a decision is due: then time is to pass in short steps."""
-        return self.online.deciding.due_s() < _SOON_S
+    def soon(self, passed: float) -> bool:
+        """Return whether a decision is due ``passed`` seconds from the last step: then steps are to be short."""
+        return self.online.deciding.due_s() - passed < _SOON_S
 
     def step(self) -> None:
         """Decide what is due, and let the experiment hear of it."""

@@ -146,7 +146,7 @@ class Rehearsal:
 
     def _around(self, now: float) -> None:
         passed = self._began + now - self._network.now
-        soon = self.learning is not None and self.learning.soon
+        soon = self.learning is not None and self.learning.soon(passed)
         if passed >= (_QUICK_STEP_S if soon else _STEP_S):
             self._step(passed)
 
