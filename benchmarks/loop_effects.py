@@ -1,10 +1,10 @@
 """What decoders of different things teach a robot in the closed loop: synthetic people, whole sessions.
 
 For each planted effect (``acquire.eeg.effect``), people are rehearsed in the study's session, errors and all, a decoder
-is calibrated on it, and closed sessions follow, which have no errors: in ``shadow``, where each makes the own steps, and
-in ``closed``. A row an effect and mode: what the robot knows in the end, the person's and the robot's directions apart,
-beside what coin flips of the same rates give in the same loop, and beside decisions that are drawn independently of the
-truth with the same P(takeover | actor of tr−1). All with 95 % intervals over sessions.
+is calibrated on it, and closed sessions follow, which have no errors: in ``shadow``, where each makes the own steps,
+and in ``closed``. A row an effect and mode: what the robot knows in the end, the person's and the robot's directions
+apart, beside what coin flips of the same rates give in the same loop, and beside decisions that are drawn independently
+of the truth with the same P(takeover | actor of tr−1). All with 95 % intervals over sessions.
 
     python benchmarks/loop_effects.py --people 8 --sessions 8 --folder /somewhere     # 512 sessions; hours
     python benchmarks/loop_effects.py --people 1 --sessions 2 --effect none           # a look

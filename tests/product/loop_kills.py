@@ -1,10 +1,10 @@
 """Kill -9 the parts of a closed loop in mid-block: ``python tests/product/loop_kills.py [TIMES] [SEED]``.
 
 Amplifier, recorder, loop and experiment run as processes over LSL, with a simulated person and the simulated
-controller. In turn the experiment, the loop, the amplifier and the controller are killed, so often each. What must hold:
-the arm rests within a quarter of a second of the experiment's end; without loop or EEG the session pauses at rest,
-which, with nobody at the terminal, ends it; the recorder goes on, and what was recorded lacks at most a second; and the
-session goes on until it is complete, the loop with what it had learned.
+controller. In turn the experiment, the loop, the amplifier and the controller are killed, so often each. What must
+hold: the arm rests within a quarter of a second of the experiment's end; without loop or EEG the session pauses at
+rest, which, with nobody at the terminal, ends it; the recorder goes on, and what was recorded lacks at most a second;
+and the session goes on until it is complete, the loop with what it had learned.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -27,7 +28,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 import experiment_lab
 import pyxdf
 from live_lab import COMMAND, Lab
-from tiny_study import wait_for
 
 from hrcneuro.sources import experiments
 
@@ -37,6 +37,14 @@ CLOSED = ["--set", f"experiment.closed.blocks={BLOCKS}", "--set", "experiment.cl
 QUICK = [*CLOSED, "--set", "experiment.break_s=0.2", "--set", "experiment.pause_s=0.3"]
 ARM = ["--backend", "ursim", "--patient", "--human", "simulated", "--no-screen", "--set", "experiment.truth=true"]
 REST_S, LOST_S, PATIENCE = 0.25, 1.0, 180.0
+
+
+def wait_for(happened: Callable[[], bool]) -> None:
+    """Wait until something has happened."""
+    until = time.monotonic() + PATIENCE
+    while not happened():
+        assert time.monotonic() < until, "it did not come to pass"
+        time.sleep(0.05)
 
 
 class Closed:
@@ -72,7 +80,7 @@ class Closed:
         wait = ["--set", "experiment.loop_wait_s=60", "--set", "robot.recorder_wait_s=60"]
         before = self.moves()
         self.experiment = self.start("experiment", "s01", "--closed", *ARM, *QUICK, *wait, *resume)
-        wait_for(lambda: self.moves() > before + 1 or self.experiment.poll() is not None, PATIENCE)
+        wait_for(lambda: self.moves() > before + 1 or self.experiment.poll() is not None)
 
     @property
     def complete(self) -> bool:
