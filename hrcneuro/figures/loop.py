@@ -150,10 +150,7 @@ def _steps(axes: Axes, played: LoopSessions) -> None:
 def _decisions(axes: Axes, picture: LoopPicture) -> None:
     right = scores.rates_by_case(picture.played)
     said, true = scores.continuing(picture.played), scores.staying(picture.played)
-    names = [f"{'TNR' if case[0] == case[1] else 'TPR'}\n{case}" for case in CASES] + [
-        "says:\nR stays",
-        "says:\nH stays",
-    ]
+    names = [f"{'TNR' if case[0] == case[1] else 'TPR'}\n{case}" for case in CASES] + ["stays\nR", "stays\nH"]
     place = np.arange(len(names))
     mean, half = np.append(right.mean, said.mean), np.append(right.half_width, said.half_width)
     colour = [_HUMAN if one in (2, 3, 5) else _ROBOT for one in place]

@@ -18,7 +18,7 @@ from hrcneuro.paradigm.closed import Choice, ClosedBlock, draw_closed, play_clos
 from hrcneuro.paradigm.params import ClosedParams
 from hrcneuro.paradigm.partners import draw_human
 
-MODES = ("shadow", "semi", "closed")
+MODES = ("shadow", "semi", "closed", "direct")
 STEPS = ("human", "taken", "robot", "left", "diagonal")
 """What can come of a step: the person makes the own one, the robot takes it from them, the robot makes the own one at
 once, it leaves that lying and makes it later, and a diagonal, which is the robot's."""
@@ -35,10 +35,14 @@ class LoopModel:
         tau: Temperature of Eq 5.
         mode: ``closed``: the robot acts by all that was learned; ``semi``: by what was learned up to the end of the
             last block; ``shadow``: by ownership, as in the study's blocks: each makes the own steps, and the learner
-            looks on.
+            looks on; ``direct``: by the last decision alone, as if it were certain, at the step that it is about
+            (paper §4.2), and by a coin where there is none.
         floor: Least probability of each action.
         afresh: The learner forgets all at a block's beginning.
         teaches: Probability that a decision teaches: others are missing, late or not to be trusted.
+        errp: Rates at which an error-related potential is decoded of a step that the robot takes from the person or
+            leaves lying (TPR, %), and of one that comes as expected (TNR): this, too, teaches who is expected to make
+            such steps (paper §4.4), through a learner that counts decisions; None: it is not decoded.
         in_time: Probability that it is taken up before keys open for the step that it is about; otherwise the robot
             heeds it one step later.
         closed: The protocol.
@@ -54,6 +58,7 @@ class LoopModel:
     afresh: bool = False
     teaches: float = 1.0
     in_time: float = 1.0
+    errp: tuple[float, float] | None = None
     closed: ClosedParams = field(default_factory=ClosedParams)
 
     def __post_init__(self) -> None:
@@ -62,6 +67,8 @@ class LoopModel:
         for name in ("teaches", "in_time"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it is a probability: 0 to 1")
+        if self.errp is not None and self.mode == "shadow":
+            raise ValueError("errp in mode shadow: where each makes the own steps, nothing surprises")
 
 
 @dataclass(frozen=True)
@@ -123,7 +130,7 @@ def kind_of(choice: Choice) -> str:
 
 
 def _session(model: LoopModel, decoder: LoopDecoder, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    person, protocol, *answers = rng.spawn(5)
+    person, protocol, *answers = rng.spawn(6)
     human = draw_human(person)
     learner = OnlineLearner(model.kind, tau=model.tau, floor=model.floor, rates=decoder.claimed)
     robot = _Robot(model, decoder, learner, answers)
@@ -134,6 +141,7 @@ def _session(model: LoopModel, decoder: LoopDecoder, rng: np.random.Generator) -
             counts = dict.fromkeys(STEPS, 0)
             for choice, move in play_closed(episode, human, robot.policy, keys=block.draw.keys, choices=block.choices):
                 counts[kind_of(choice)] += 1
+                robot.perceive(choice)
                 following = "" if episode.over else episode.target
                 robot.hear(move.actor, following, episode.expected if following else "", turn=following != move.target)
             policies.append(list(robot.learned.values()))
@@ -169,7 +177,9 @@ class _Robot:
         if self._model.afresh:
             self._learner.afresh()
         self.learned = self._learner.policy()
-        if self._model.mode == "shadow":
+        if self._model.mode == "direct":
+            self.policy.update(dict.fromkeys(SUBTASKS, 0.5))
+        elif self._model.mode == "shadow":
             self.policy.update({s: float(s in block.owners.human) for s in SUBTASKS})
         else:
             self.policy.update(self.learned)
@@ -189,14 +199,32 @@ class _Robot:
             turn: Whether it leads another way than this move's.
         """
         # All are drawn at every move, so that what one answer is does not depend on how many were taken before.
-        answer, arrives, in_time = (next(one) for one in self._draws)
+        answer, arrives, in_time = (next(one) for one in self._draws[:3])
         known = self.learned
+        if self._model.mode == "direct":
+            self.policy.update(dict.fromkeys(SUBTASKS, 0.5))
         if following in SUBTASKS and arrives < self._model.teaches:
-            self._learn(actor == HUMAN, following, expected == HUMAN, turn, answer)
+            said = self._learn(actor == HUMAN, following, expected == HUMAN, turn, answer)
+            if self._model.mode == "direct" and in_time < self._model.in_time:
+                self.policy[following] = float((actor == HUMAN) != said)
         if self._model.mode == "closed":
             self.policy.update(self.learned if in_time < self._model.in_time else known)
 
-    def _learn(self, by_human: bool, following: str, human_next: bool, turn: bool, answer: float) -> None:
+    def perceive(self, choice: Choice) -> None:
+        """Learn from whether the person is surprised by who makes a step, where that is decoded."""
+        uniform = next(self._draws[3])
+        if self._model.errp is None or not choice.drawn:
+            return
+        tpr, tnr = self._model.errp
+        wrong = choice.drawn != choice.owner
+        surprised = uniform < (tpr / 100.0 if wrong else 1.0 - tnr / 100.0)
+        human = (choice.drawn == HUMAN) != surprised
+        # Of a step by the robot, takeover means the human.
+        self._learner.update(choice.step, before=ROBOT, takeover=human, log_odds=0.0)
+        self.learned = self._learner.policy()
+        self.updates += 1
+
+    def _learn(self, by_human: bool, following: str, human_next: bool, turn: bool, answer: float) -> bool:
         takeover = by_human != human_next
         probability = self._decoder.says_takeover(by_human, takeover, turn, False)
         said = answer < probability
@@ -206,6 +234,7 @@ class _Robot:
         self.learned = self._learner.policy()
         self.updates += 1
         self.decisions[2 * by_human + human_next, int(said)] += 1
+        return said
 
 
 def _uniforms(rng: np.random.Generator) -> Iterator[float]:
