@@ -42,6 +42,17 @@ def test_sessions_without_a_value_do_not_count_and_one_has_no_interval():
     assert np.isfinite(found.half_width[0])
 
 
+def test_where_a_further_mean_is_expected_is_wider_than_where_the_mean_is():
+    values = np.random.default_rng(0).normal(0.6, 0.1, (400, 2))
+    own = scores.mean_over_sessions(values)
+    for n in (1, 10):
+        expected = scores.expected_mean(values, n)
+        np.testing.assert_allclose(expected.mean, own.mean)
+        np.testing.assert_allclose(
+            expected.half_width, 1.966 * values.std(axis=0, ddof=1) * (1 / n + 1 / 400) ** 0.5, rtol=1e-3
+        )
+
+
 def test_accuracy_is_the_probability_of_the_owners_action():
     one = made([[[0.9, 0.8, 0.3, 0.1]]], [[[1, 0, 1, 0]]])
     assert scores.accuracy(one)[0, 0] == pytest.approx((0.9 + 0.2 + 0.3 + 0.9) / 4)
