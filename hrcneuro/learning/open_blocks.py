@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 
@@ -9,8 +11,6 @@ from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.loop import CASES, STEPS, LoopSessions
 from hrcneuro.learning.loop_decoders import LoopDecoder
 from hrcneuro.learning.online import HUMAN, ROBOT, SUBTASKS, OnlineLearner
-
-_EPISODE = ["block", "episode"]
 
 
 def learn_open(
@@ -33,11 +33,11 @@ def learn_open(
         A session a repetition of a block: first all repetitions of the first block.
     """
     moves = trials[(trials["scenario"] == "iC") & ~trials["practice"].astype(bool)]
-    parts = [
-        _block(block, decoder, kind, tau, rng, int(moves["episode"].max()))
-        for _, block in moves.groupby("block", sort=True)
-        for _ in range(repetitions)
-    ]
+    episodes = int(moves["episode"].max())
+    parts = []
+    for _, block in moves.groupby("block", sort=True):
+        events, human = _events(block), owned(block)
+        parts += [_learn(events, human, decoder, kind, tau, rng, episodes) for _ in range(repetitions)]
     return LoopSessions.joined(parts)
 
 
@@ -47,29 +47,55 @@ def owned(block: pd.DataFrame) -> frozenset[str]:
     return frozenset(straight.loc[straight["actor"] == HUMAN, "target"])
 
 
-def _block(
-    block: pd.DataFrame, decoder: LoopDecoder, kind: Kind, tau: float, rng: np.random.Generator, episodes: int
+class _Event(NamedTuple):
+    """A move that teaches: the next step, whose the move and the step are, and what went before and lies ahead."""
+
+    step: str
+    by_human: bool
+    human_next: bool
+    turn: bool
+    error: bool
+
+
+def _events(block: pd.DataFrame) -> list[list[_Event]]:
+    """Return the moves of a block that teach, by episode."""
+    found = []
+    for _, moves in block.groupby("episode", sort=True):
+        following = moves["target"].shift(-1).fillna("")
+        teaching = moves["condition_before"].notna() & following.isin(SUBTASKS)
+        columns = (moves.loc[teaching, name] for name in ("condition_before", "turn", "prev_error"))
+        found.append(
+            [
+                _Event(str(step), case[0] == "H", case[1] == "H", bool(turn), bool(error))
+                for step, case, turn, error in zip(following[teaching], *columns, strict=True)
+            ]
+        )
+    return found
+
+
+def _learn(
+    events: list[list[_Event]],
+    human: frozenset[str],
+    decoder: LoopDecoder,
+    kind: Kind,
+    tau: float,
+    rng: np.random.Generator,
+    episodes: int,
 ) -> LoopSessions:
     learner = OnlineLearner(kind, tau=tau, rates=decoder.claimed)
-    human = owned(block)
-    following = block.groupby(_EPISODE, sort=False)["target"].shift(-1).fillna("")
-    rows = block.assign(following=following)
-    policies, updates = np.full((episodes, 4), np.nan), np.zeros(episodes, int)
+    policies, updates = np.full((episodes, len(SUBTASKS)), np.nan), np.zeros(episodes, int)
     decisions = np.zeros((len(CASES), 2), int)
-    for number, (_, moves) in enumerate(rows.groupby(_EPISODE, sort=True)):
-        for move in moves.itertuples(index=False):
-            if move.condition_before is None or move.following not in SUBTASKS:
-                continue
-            by_human, next_human = bool(move.actor == HUMAN), str(move.condition_before)[1] == "H"
+    for number, taught in enumerate(events):
+        for event in taught:
             probability = decoder.says_takeover(
-                by_human, by_human != next_human, bool(move.turn), bool(move.prev_error)
+                event.by_human, event.by_human != event.human_next, event.turn, event.error
             )
             uniform = float(rng.random())
             said = uniform < probability
-            odds = decoder.log_odds(by_human, probability, uniform)
-            before = HUMAN if by_human else ROBOT
-            learner.update(str(move.following), before=before, takeover=said, log_odds=odds)
-            decisions[2 * by_human + next_human, int(said)] += 1
+            odds = decoder.log_odds(event.by_human, probability, uniform) if kind.evidence == "graded" else 0.0
+            before = HUMAN if event.by_human else ROBOT
+            learner.update(event.step, before=before, takeover=said, log_odds=odds)
+            decisions[2 * event.by_human + event.human_next, int(said)] += 1
         policies[number], updates[number:] = list(learner.policy().values()), learner.updates
         learner.end_episode()
     owners = np.tile([one in human for one in SUBTASKS], (episodes, 1))

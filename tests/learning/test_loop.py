@@ -137,6 +137,17 @@ def test_surprise_at_what_the_robot_does_teaches_too():
     assert not alone.decisions.any()
 
 
+def test_a_person_who_adapts_is_scored_by_their_own_choice_and_comes_to_expect_what_the_robot_does():
+    """The robot that never learns tosses coins: what is expected drifts away from who owns a step."""
+    adapting = ClosedParams(blocks=2, episodes_per_block=10, adapts=True)
+    still, drifting = (
+        simulate_loop(model("closed", closed=one, floor=0.5), PERFECT, sessions=6, seed=2)
+        for one in (ClosedParams(blocks=2, episodes_per_block=10), adapting)
+    )
+    assert (rates_by_case(still).mean == 1).all()
+    assert (rates_by_case(drifting).high < 0.9).all()
+
+
 def test_owners_stay_unless_they_are_drawn_anew():
     still = simulate_loop(model(), PERFECT, sessions=8, seed=1)
     anew = simulate_loop(
