@@ -161,12 +161,16 @@ def staying(sessions: LoopSessions) -> Mean:
 
 
 def pooled_rates(sessions: LoopSessions) -> Rates | None:
-    """Return the rates of all decisions that taught, of all sessions together, %; None where a case never came."""
-    cases = sessions.decisions.sum(axis=(0, 2))
-    if not cases.all():
+    """Return the rates of all decisions that taught, of all sessions together, %.
+
+    Of a case that never came, "takeover" counts as said as often as in the other case of the same actor. None where
+    there is no decision at all after one of the two actors' moves.
+    """
+    said = sessions.decisions.sum(axis=0).reshape(2, 2, 2)
+    if not said.sum(axis=(1, 2)).all():
         return None
-    takeover = 100.0 * sessions.decisions.sum(axis=0)[:, 1] / cases
-    rr, rh, hr, hh = (float(value) for value in takeover)
+    said = np.where(said.sum(axis=2, keepdims=True) > 0, said, said[:, ::-1])
+    (rr, rh), (hr, hh) = (100.0 * said[..., 1] / said.sum(axis=2)).tolist()
     return Rates(tnr_hh=100.0 - hh, tpr_hr=hr, tnr_rr=100.0 - rr, tpr_rh=rh)
 
 

@@ -122,6 +122,9 @@ def test_decisions_are_scored_by_whom_the_person_expects():
 def test_rates_of_cases_that_never_came_are_not_known():
     none = made([[[0.5] * 4]], [[[1, 1, 0, 0]]])
     assert scores.pooled_rates(none) is None
+    never = np.array([[[3, 1], [0, 0], [0, 0], [5, 5]]])  # RH and HR
+    seen = LoopSessions(*(getattr(none, name) for name in ("policies", "owners", "updates", "steps")), never)
+    assert scores.pooled_rates(seen) == Rates(tnr_rr=75, tpr_rh=25, tnr_hh=50, tpr_hr=50)
     assert np.isnan(scores.pooled_takeovers(none)).all()
 
 
