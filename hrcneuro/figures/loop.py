@@ -150,21 +150,18 @@ def _steps(axes: Axes, played: LoopSessions) -> None:
 def _decisions(axes: Axes, picture: LoopPicture) -> None:
     right = scores.rates_by_case(picture.played)
     said, true = scores.continuing(picture.played), scores.staying(picture.played)
-    names = [f"{'TNR' if case[0] == case[1] else 'TPR'}\n{case}" for case in CASES] + [
-        "says:\nR stays",
-        "says:\nH stays",
-    ]
+    names = [f"{'TNR' if case[0] == case[1] else 'TPR'}\n{case}" for case in CASES] + ["stays\nR", "stays\nH"]
     place = np.arange(len(names))
     mean, half = np.append(right.mean, said.mean), np.append(right.half_width, said.half_width)
     colour = [_HUMAN if one in (2, 3, 5) else _ROBOT for one in place]
     for x, y, half_width, ink in zip(place, mean, np.nan_to_num(half), colour, strict=True):
         axes.errorbar(x, 100 * y, 100 * half_width, fmt="o", ms=3.5, lw=1.1, color=ink)
-    axes.plot(place[4:], 100 * true.mean, "_", ms=12, color=GREY, label="as often as the person\nexpects it")
+    axes.plot(place[4:], 100 * true.mean, "_", ms=12, color=GREY, label="as often as the person expects it")
     axes.axhline(50, color=GREY, lw=0.7, ls=":")
     axes.axvline(3.5, color=PALE, lw=0.8)
     axes.set_xticks(place, names, fontsize=6)
-    axes.set(title="E  decisions that taught", ylabel="right, or said (%)", ylim=(0, 104))
-    axes.legend(loc="lower right", fontsize=6, handlelength=1.0)
+    axes.set(title="E  decisions that taught", ylabel="right, or said (%)", ylim=(-2, 104))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), fontsize=6, handlelength=1.0)
 
 
 def _times(axes: Axes, picture: LoopPicture) -> None:

@@ -14,16 +14,16 @@ import numpy as np
 from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.loop_decoders import LoopDecoder
 from hrcneuro.learning.online import HUMAN, ROBOT, SUBTASKS, OnlineLearner, Policy
-from hrcneuro.paradigm.closed import Choice, ClosedBlock, draw_closed, play_closed
+from hrcneuro.paradigm.closed import Choice, ClosedBlock, ClosedEpisode, draw_closed, play_closed
 from hrcneuro.paradigm.params import ClosedParams
-from hrcneuro.paradigm.partners import draw_human
+from hrcneuro.paradigm.partners import Move, draw_human
 
-MODES = ("shadow", "semi", "closed")
+MODES = ("shadow", "semi", "closed", "direct")
 STEPS = ("human", "taken", "robot", "left", "diagonal")
 """What can come of a step: the person makes the own one, the robot takes it from them, the robot makes the own one at
 once, it leaves that lying and makes it later, and a diagonal, which is the robot's."""
 CASES = ("RR", "RH", "HR", "HH")
-"""Who makes the move at whose onset it is decided, and whom the person expects next."""
+"""Who makes the move at whose onset it is decided, and whose the next step is by the person's choice."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,14 @@ class LoopModel:
         tau: Temperature of Eq 5.
         mode: ``closed``: the robot acts by all that was learned; ``semi``: by what was learned up to the end of the
             last block; ``shadow``: by ownership, as in the study's blocks: each makes the own steps, and the learner
-            looks on.
+            looks on; ``direct``: by the last decision alone, as if it were certain, at the step that it is about
+            (paper §4.2), and by a coin where there is none.
         floor: Least probability of each action.
         afresh: The learner forgets all at a block's beginning.
         teaches: Probability that a decision teaches: others are missing, late or not to be trusted.
+        errp: Rates at which an error-related potential is decoded of a step that the robot takes from the person or
+            leaves lying (TPR, %), and of one that comes as expected (TNR): this, too, teaches who is expected to make
+            such steps (paper §4.4), through a learner that counts decisions; None: it is not decoded.
         in_time: Probability that it is taken up before keys open for the step that it is about; otherwise the robot
             heeds it one step later.
         closed: The protocol.
@@ -54,6 +58,7 @@ class LoopModel:
     afresh: bool = False
     teaches: float = 1.0
     in_time: float = 1.0
+    errp: tuple[float, float] | None = None
     closed: ClosedParams = field(default_factory=ClosedParams)
 
     def __post_init__(self) -> None:
@@ -62,6 +67,8 @@ class LoopModel:
         for name in ("teaches", "in_time"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it is a probability: 0 to 1")
+        if self.errp is not None and self.mode == "shadow":
+            raise ValueError("errp in mode shadow: where each makes the own steps, nothing surprises")
 
 
 @dataclass(frozen=True)
@@ -123,7 +130,7 @@ def kind_of(choice: Choice) -> str:
 
 
 def _session(model: LoopModel, decoder: LoopDecoder, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    person, protocol, *answers = rng.spawn(5)
+    person, protocol, *answers = rng.spawn(6)
     human = draw_human(person)
     learner = OnlineLearner(model.kind, tau=model.tau, floor=model.floor, rates=decoder.claimed)
     robot = _Robot(model, decoder, learner, answers)
@@ -134,14 +141,35 @@ def _session(model: LoopModel, decoder: LoopDecoder, rng: np.random.Generator) -
             counts = dict.fromkeys(STEPS, 0)
             for choice, move in play_closed(episode, human, robot.policy, keys=block.draw.keys, choices=block.choices):
                 counts[kind_of(choice)] += 1
-                following = "" if episode.over else episode.target
-                robot.hear(move.actor, following, episode.expected if following else "", turn=following != move.target)
+                robot.perceive(choice)
+                robot.hear(None if episode.over else _ahead(episode, move))
             policies.append(list(robot.learned.values()))
             robot.end_episode()
             owners.append([s in block.owners.human for s in SUBTASKS])
             updates.append(robot.updates)
             steps.append(list(counts.values()))
     return np.array(policies), np.array(owners), np.array(updates), np.array(steps), robot.decisions
+
+
+@dataclass(frozen=True)
+class _Ahead:
+    """What a move leads to: the direction of the next step, of eight, and what decides the answer at the move's onset.
+
+    ``by_human``: whose the move is; ``humans``: whose the step is by the person's choice; ``expects_human``: whom they
+    expect to make it; ``turn``: it leads another way than the move's.
+    """
+
+    step: str
+    by_human: bool
+    humans: bool
+    expects_human: bool
+    turn: bool
+
+
+def _ahead(episode: ClosedEpisode, move: Move) -> _Ahead:
+    step = episode.target
+    owner, expected = episode.owner == HUMAN, episode.expected == HUMAN
+    return _Ahead(step, move.actor == HUMAN, owner, expected, step != move.target)
 
 
 class _Robot:
@@ -169,7 +197,9 @@ class _Robot:
         if self._model.afresh:
             self._learner.afresh()
         self.learned = self._learner.policy()
-        if self._model.mode == "shadow":
+        if self._model.mode == "direct":
+            self.policy.update(dict.fromkeys(SUBTASKS, 0.5))
+        elif self._model.mode == "shadow":
             self.policy.update({s: float(s in block.owners.human) for s in SUBTASKS})
         else:
             self.policy.update(self.learned)
@@ -179,33 +209,45 @@ class _Robot:
         self._learner.end_episode()
         self.learned = self._learner.policy()
 
-    def hear(self, actor: str, following: str, expected: str, *, turn: bool) -> None:
-        """Decide at the onset of a move.
-
-        Args:
-            actor: Who makes it.
-            following: The direction of the next step, of eight; empty at the path's end.
-            expected: Whom the person expects to make that.
-            turn: Whether it leads another way than this move's.
-        """
+    def hear(self, ahead: _Ahead | None) -> None:
+        """Decide at the onset of a move; None at the path's last."""
         # All are drawn at every move, so that what one answer is does not depend on how many were taken before.
-        answer, arrives, in_time = (next(one) for one in self._draws)
+        answer, arrives, in_time = (next(one) for one in self._draws[:3])
         known = self.learned
-        if following in SUBTASKS and arrives < self._model.teaches:
-            self._learn(actor == HUMAN, following, expected == HUMAN, turn, answer)
+        if self._model.mode == "direct":
+            self.policy.update(dict.fromkeys(SUBTASKS, 0.5))
+        if ahead is not None and ahead.step in SUBTASKS and arrives < self._model.teaches:
+            said = self._learn(ahead, answer)
+            if self._model.mode == "direct" and in_time < self._model.in_time:
+                self.policy[ahead.step] = float(ahead.by_human != said)
         if self._model.mode == "closed":
             self.policy.update(self.learned if in_time < self._model.in_time else known)
 
-    def _learn(self, by_human: bool, following: str, human_next: bool, turn: bool, answer: float) -> None:
-        takeover = by_human != human_next
-        probability = self._decoder.says_takeover(by_human, takeover, turn, False)
+    def perceive(self, choice: Choice) -> None:
+        """Learn from whether the person is surprised by who makes a step, where that is decoded."""
+        uniform = next(self._draws[3])
+        if self._model.errp is None or not choice.drawn:
+            return
+        tpr, tnr = self._model.errp
+        wrong = choice.drawn != choice.owner
+        surprised = uniform < (tpr / 100.0 if wrong else 1.0 - tnr / 100.0)
+        human = (choice.drawn == HUMAN) != surprised
+        # Of a step by the robot, takeover means the human.
+        self._learner.update(choice.step, before=ROBOT, takeover=human, log_odds=0.0)
+        self.learned = self._learner.policy()
+        self.updates += 1
+
+    def _learn(self, ahead: _Ahead, answer: float) -> bool:
+        by_human = ahead.by_human
+        probability = self._decoder.says_takeover(by_human, by_human != ahead.expects_human, ahead.turn, False)
         said = answer < probability
         graded = self._model.kind.evidence == "graded"
         odds = self._decoder.log_odds(by_human, probability, answer) if graded else 0.0
-        self._learner.update(following, before=HUMAN if by_human else ROBOT, takeover=said, log_odds=odds)
+        self._learner.update(ahead.step, before=HUMAN if by_human else ROBOT, takeover=said, log_odds=odds)
         self.learned = self._learner.policy()
         self.updates += 1
-        self.decisions[2 * by_human + human_next, int(said)] += 1
+        self.decisions[2 * by_human + ahead.humans, int(said)] += 1
+        return said
 
 
 def _uniforms(rng: np.random.Generator) -> Iterator[float]:

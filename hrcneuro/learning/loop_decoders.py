@@ -97,6 +97,22 @@ def of_turns(rates: Rates) -> LoopDecoder:
     return _of_cue(rates, axis=2)
 
 
+RULES = ("stays", "prev_error", "turn")
+"""Rules that look at no EEG: the actor stays; after an error, takeover; before a turn, takeover."""
+
+
+def of_rule(rule: str) -> LoopDecoder:
+    """Return one of ``RULES``, with the rates that it scores in iC as logged.
+
+    Raises:
+        KeyError: Another one.
+    """
+    table = np.zeros((2, 2, 2, 2))
+    if rule != "stays":
+        table[{"turn": np.s_[:, :, 1], "prev_error": np.s_[..., 1]}[rule]] = 1.0
+    return LoopDecoder(table, scored(LoopDecoder(table, Rates.level(50))))
+
+
 def scored(decoder: LoopDecoder, cases: np.ndarray = LOGGED_CASES) -> Rates:
     """Return the rates that a decoder scores.
 
@@ -105,7 +121,7 @@ def scored(decoder: LoopDecoder, cases: np.ndarray = LOGGED_CASES) -> Rates:
         cases: ndarray, shape (2, 2, 2, 2): how many trials there are of each kind, in the order of ``says``.
     """
     takeovers = (decoder.says * cases).sum(axis=(2, 3)) / cases.sum(axis=(2, 3))
-    (rr, rh), (hh, hr) = 100.0 * takeovers
+    (rr, rh), (hh, hr) = (100.0 * takeovers).tolist()
     return Rates(tnr_hh=100.0 - hh, tpr_hr=hr, tnr_rr=100.0 - rr, tpr_rh=rh)
 
 

@@ -1,6 +1,6 @@
 """How well a closed loop has learned, over episodes and over updates, and who did what; means over sessions.
 
-Every interval is the mean's 95 % interval by Student's t over sessions, which are independent of each other; episodes,
+Every interval is a 95 % interval by Student's t over sessions, which are independent of each other; episodes,
 steps and decisions of one session are not.
 """
 
@@ -65,6 +65,26 @@ def mean_over_sessions(values: np.ndarray) -> Mean:
     return Mean(mean, half, n)
 
 
+def ratio_over_sessions(part: np.ndarray, whole: np.ndarray) -> Mean:
+    """Return the sum of ``part`` over that of ``whole`` and its 95 % interval by Student's t over sessions.
+
+    Not the mean of the sessions' own shares: in a loop, what is answered decides how often is asked again, so that
+    sessions with few cases are those with untypical answers. The interval is that of a ratio estimator (Cochran 1977,
+    Sampling Techniques, chapter 6).
+
+    Args:
+        part, whole: ndarray, shape (n_sessions, ...): counts; sessions without a case do not count.
+    """
+    n = (whole > 0).sum(axis=0)
+    total = whole.sum(axis=0)
+    ratio = np.where(total > 0, part.sum(axis=0) / np.maximum(total, 1), np.nan)
+    away = np.where(whole > 0, part - ratio * whole, 0.0)
+    freedom = np.maximum(n - 1, 1)
+    error = np.sqrt(n / freedom * (away * away).sum(axis=0)) / np.maximum(total, 1)
+    half = np.where(n > 1, student.ppf(0.975, freedom) * error, np.nan)
+    return Mean(ratio, half, n)
+
+
 def expected_mean(values: np.ndarray, n: int) -> Mean:
     """Return where the mean of ``n`` further sessions like these is expected, in 95 of 100 cases, by Student's t.
 
@@ -117,34 +137,40 @@ def against_updates(sessions: LoopSessions, rows: str, updates: np.ndarray) -> n
 def shares(sessions: LoopSessions) -> Mean:
     """Return the share of steps of each kind of ``STEPS``: Mean of shape (5,)."""
     steps = sessions.steps.sum(axis=1)
-    return mean_over_sessions(_ratio(steps, steps.sum(axis=1, keepdims=True)))
+    return ratio_over_sessions(steps, np.broadcast_to(steps.sum(axis=1, keepdims=True), steps.shape))
 
 
 def rates_by_case(sessions: LoopSessions) -> Mean:
     """Return how often the decisions that taught were right, by ``CASES``: TNR, TPR, TPR, TNR as fractions."""
-    return mean_over_sessions(_right(sessions))
+    said = sessions.decisions
+    right = np.stack([said[:, k, int(case[0] != case[1])] for k, case in enumerate(CASES)], axis=1)
+    return ratio_over_sessions(right, said.sum(axis=2))
 
 
 def continuing(sessions: LoopSessions) -> Mean:
     """Return how often they said that the actor stays, after a robot's and after a human's move: fractions."""
     said = sessions.decisions.reshape(-1, 2, 2, 2).sum(axis=2)
-    return mean_over_sessions(_ratio(said[..., 0], said.sum(axis=2)))
+    return ratio_over_sessions(said[..., 0], said.sum(axis=2))
 
 
 def staying(sessions: LoopSessions) -> Mean:
     """Return how often the person expected that the actor stays, after a robot's and after a human's move."""
     cases = sessions.decisions.sum(axis=2)
     stay = cases[:, [CASES.index("RR"), CASES.index("HH")]]
-    return mean_over_sessions(_ratio(stay, np.stack([cases[:, :2].sum(axis=1), cases[:, 2:].sum(axis=1)], axis=1)))
+    return ratio_over_sessions(stay, np.stack([cases[:, :2].sum(axis=1), cases[:, 2:].sum(axis=1)], axis=1))
 
 
 def pooled_rates(sessions: LoopSessions) -> Rates | None:
-    """Return the rates of all decisions that taught, of all sessions together, %; None where a case never came."""
-    cases = sessions.decisions.sum(axis=(0, 2))
-    if not cases.all():
+    """Return the rates of all decisions that taught, of all sessions together, %.
+
+    Of a case that never came, "takeover" counts as said as often as in the other case of the same actor. None where
+    there is no decision at all after one of the two actors' moves.
+    """
+    said = sessions.decisions.sum(axis=0).reshape(2, 2, 2)
+    if not said.sum(axis=(1, 2)).all():
         return None
-    takeover = 100.0 * sessions.decisions.sum(axis=0)[:, 1] / cases
-    rr, rh, hr, hh = (float(value) for value in takeover)
+    said = np.where(said.sum(axis=2, keepdims=True) > 0, said, said[:, ::-1])
+    (rr, rh), (hr, hh) = (100.0 * said[..., 1] / said.sum(axis=2)).tolist()
     return Rates(tnr_hh=100.0 - hh, tpr_hr=hr, tnr_rr=100.0 - rr, tpr_rh=rh)
 
 
@@ -170,13 +196,7 @@ def sim1_updates(episodes: int) -> np.ndarray:
 def step_share(sessions: LoopSessions, kind: str, of: Sequence[str]) -> Mean:
     """Return the share of one kind of step among some kinds, as the person's steps that are taken from them."""
     among = sessions.steps[..., [STEPS.index(one) for one in of]].sum(axis=(1, 2))
-    return mean_over_sessions(_ratio(sessions.steps[..., STEPS.index(kind)].sum(axis=1), among))
-
-
-def _right(sessions: LoopSessions) -> np.ndarray:
-    said = sessions.decisions
-    right = np.stack([said[:, k, int(case[0] != case[1])] for k, case in enumerate(CASES)], axis=1)
-    return _ratio(right, said.sum(axis=2))
+    return ratio_over_sessions(sessions.steps[..., STEPS.index(kind)].sum(axis=1), among)
 
 
 def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

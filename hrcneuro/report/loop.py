@@ -47,7 +47,7 @@ class LoopNull:
 def null_of(
     steps: pd.DataFrame, episodes: pd.DataFrame, model: LoopModel, *, sessions: int, repetitions: int, seed: int
 ) -> LoopNull | None:
-    """Return the null model of what was played; None where a case never came, so that its rate is not known.
+    """Return the null model of what was played; None where nothing was decided after one of the actors' moves.
 
     Args:
         steps, episodes: As ``tables.loop`` declares them.
@@ -147,7 +147,10 @@ def _learned(played: LoopSessions, null: LoopNull | None) -> list[str]:
             )
         lines.append(line)
     if null is None:
-        return [*lines, "No null model: some case never came, so that its rate is not known."]
+        return [
+            *lines,
+            "No null model: after the moves of one of the two nothing was decided, so that its rates are not known.",
+        ]
     for name, curve in null.sim1.items():
         taken = int(played.updates[:, -1].mean())
         same = float(np.interp(taken, np.append(0, scores.sim1_updates(len(curve.mean))), np.append(0.5, curve.mean)))

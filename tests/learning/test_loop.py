@@ -114,6 +114,40 @@ def test_a_decoder_that_knows_nothing_and_says_both_alike_teaches_nothing():
     assert abs(end.mean - 0.5) < 1.5 * end.half_width
 
 
+def test_a_direct_trigger_is_wrong_as_often_as_the_decoder_and_a_learner_is_not():
+    """Acting by the last decision alone, the robot errs as the decoder does, and goes on to."""
+    decoder = anticipation(Rates.level(75))
+    steps = {
+        mode: simulate_loop(model(mode, closed=ClosedParams()), decoder, sessions=6, seed=4).steps[:, 13:]
+        for mode in ("direct", "closed")
+    }
+    wrong = {
+        mode: one[..., [STEPS.index("taken"), STEPS.index("left")]].sum() / one.sum() for mode, one in steps.items()
+    }
+    # The first step of an episode is a coin's.
+    assert wrong["direct"] == pytest.approx(0.25 + 0.25 / 7.3, abs=0.03)
+    assert wrong["closed"] < wrong["direct"] - 0.1
+
+
+def test_surprise_at_what_the_robot_does_teaches_too():
+    nothing = independent(after_human=0.5, after_robot=0.5)
+    alone = simulate_loop(model(closed=ClosedParams(), teaches=0.0, errp=(90.0, 90.0)), nothing, sessions=4, seed=4)
+    assert at_end(alone).low > 0.9
+    assert (alone.updates[:, -1] > 0).all()
+    assert not alone.decisions.any()
+
+
+def test_a_person_who_adapts_is_scored_by_their_own_choice_and_comes_to_expect_what_the_robot_does():
+    """The robot that never learns tosses coins: what is expected drifts away from who owns a step."""
+    adapting = ClosedParams(blocks=2, episodes_per_block=10, adapts=True)
+    still, drifting = (
+        simulate_loop(model("closed", closed=one, floor=0.5), PERFECT, sessions=6, seed=2)
+        for one in (ClosedParams(blocks=2, episodes_per_block=10), adapting)
+    )
+    assert (rates_by_case(still).mean == 1).all()
+    assert (rates_by_case(drifting).high < 0.9).all()
+
+
 def test_owners_stay_unless_they_are_drawn_anew():
     still = simulate_loop(model(), PERFECT, sessions=8, seed=1)
     anew = simulate_loop(
@@ -124,7 +158,10 @@ def test_owners_stay_unless_they_are_drawn_anew():
     assert (anew.owners != anew.owners[:, :1]).any()
 
 
-@pytest.mark.parametrize(("how", "words"), [({"mode": "open"}, "'open'"), ({"teaches": 1.5}, "1.5")])
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [({"mode": "open"}, "'open'"), ({"teaches": 1.5}, "1.5"), ({"mode": "shadow", "errp": (60, 60)}, "errp")],
+)
 def test_what_is_no_model_is_refused(how, words):
     with pytest.raises(ValueError, match=words):
         model(**how)

@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 
 from hrcneuro.learning.confound import LOGGED_SHARES
 from hrcneuro.learning.evidence import graded_odds
-from hrcneuro.learning.loop_decoders import LOGGED_CASES, anticipation, independent, of_errors, of_turns, scored
+from hrcneuro.learning.loop_decoders import (
+    LOGGED_CASES,
+    anticipation,
+    independent,
+    of_errors,
+    of_rule,
+    of_turns,
+    scored,
+)
 from hrcneuro.learning.rates import Rates
 
 
@@ -51,3 +59,15 @@ def test_scores_claim_what_the_simulations_graded_decoder_claims(uniform, by_hum
         human_next = by_human != takeover
         odds = graded_odds(np.array([by_human]), np.array([human_next]), np.array([epsilon]), rates)[0]
         assert found == pytest.approx(-odds if by_human else odds, abs=2e-5)
+
+
+@pytest.mark.parametrize(("rule", "rr_rh", "hh_hr"), [("stays", 50, 50), ("prev_error", 71, 38), ("turn", 88.5, 89)])
+def test_rules_score_what_is_told_of_them(rule, rr_rh, hh_hr):
+    found = scored(of_rule(rule))
+    assert (found.tnr_rr + found.tpr_rh) / 2 == pytest.approx(rr_rh, abs=0.5)
+    assert (found.tnr_hh + found.tpr_hr) / 2 == pytest.approx(hh_hr, abs=0.5)
+
+
+def test_there_is_no_other_rule():
+    with pytest.raises(KeyError):
+        of_rule("luck")

@@ -7,11 +7,15 @@ from scipy import stats
 from hrcneuro.learning import loop_scores as scores
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.loop import LoopModel, LoopSessions, simulate_loop
-from hrcneuro.learning.loop_decoders import anticipation
+from hrcneuro.learning.loop_decoders import anticipation, independent
 from hrcneuro.learning.rates import Rates
 from hrcneuro.paradigm.params import ClosedParams
 
 PAPER = kinds(alpha=0.05, ddof=0, horizon=40.0)["paper"]
+
+
+_COUNTS = np.arange(1, 30)
+TRUE = (_COUNTS * np.where(_COUNTS < 10, 0.2, 0.7)).sum() / _COUNTS.sum()
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +44,37 @@ def test_sessions_without_a_value_do_not_count_and_one_has_no_interval():
     assert found.n.tolist() == [2, 1, 0]
     assert np.isnan(found.half_width[1:]).all()
     assert np.isfinite(found.half_width[0])
+
+
+def test_a_ratio_is_that_of_the_sums_and_its_interval_holds_it():
+    """Drawn often, 95 of 100 intervals hold the true share, though few cases go with untypical answers."""
+    rng = np.random.default_rng(1)
+    held = []
+    for _ in range(400):
+        whole = rng.integers(1, 30, 40)
+        part = rng.binomial(whole, np.where(whole < 10, 0.2, 0.7))
+        found = scores.ratio_over_sessions(part, whole)
+        assert found.mean == pytest.approx(part.sum() / whole.sum())
+        held.append(found.low < TRUE < found.high)
+    assert 0.92 < np.mean(held) < 0.98
+
+
+def test_in_the_loop_the_shares_of_a_coin_are_one_half():
+    model = LoopModel(PAPER, tau=0.1, closed=ClosedParams(blocks=2))
+    coin = independent(after_human=0.5, after_robot=0.5)
+    found = scores.continuing(simulate_loop(model, coin, sessions=60, seed=2))
+    assert (np.abs(found.mean - 0.5) < 1.5 * found.half_width).all()
+
+
+def test_where_a_further_mean_is_expected_is_wider_than_where_the_mean_is():
+    values = np.random.default_rng(0).normal(0.6, 0.1, (400, 2))
+    own = scores.mean_over_sessions(values)
+    for n in (1, 10):
+        expected = scores.expected_mean(values, n)
+        np.testing.assert_allclose(expected.mean, own.mean)
+        np.testing.assert_allclose(
+            expected.half_width, 1.966 * values.std(axis=0, ddof=1) * (1 / n + 1 / 400) ** 0.5, rtol=1e-3
+        )
 
 
 def test_accuracy_is_the_probability_of_the_owners_action():
@@ -87,6 +122,9 @@ def test_decisions_are_scored_by_whom_the_person_expects():
 def test_rates_of_cases_that_never_came_are_not_known():
     none = made([[[0.5] * 4]], [[[1, 1, 0, 0]]])
     assert scores.pooled_rates(none) is None
+    never = np.array([[[3, 1], [0, 0], [0, 0], [5, 5]]])  # RH and HR
+    seen = LoopSessions(*(getattr(none, name) for name in ("policies", "owners", "updates", "steps")), never)
+    assert scores.pooled_rates(seen) == Rates(tnr_rr=75, tpr_rh=25, tnr_hh=50, tpr_hr=50)
     assert np.isnan(scores.pooled_takeovers(none)).all()
 
 
