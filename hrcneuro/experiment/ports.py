@@ -82,7 +82,9 @@ class Seen:
     hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0
     whole: bool = False  # every block was done to its end
-    interrupted: bool = False  # a signal asked for the end
+    ended: str = ""  # why it ends early
+    wanted: bool = False  # a person asked for that end
+    interrupted: bool = False  # a signal did
 
     @property
     def ignored(self) -> dict[str, int]:

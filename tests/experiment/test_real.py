@@ -22,7 +22,7 @@ from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import experiments
 from hrcneuro.stages.robot import Config
 
-PATIENCE = 60.0  # s, of a busy machine
+PATIENCE = 60.0  # s, of a busy machine, in which nothing happens
 
 
 class Desk:
@@ -30,7 +30,7 @@ class Desk:
 
     def __init__(self, acts):
         self.attended, self.said, self._acts, self._seen = True, [], acts, None
-        self._until = seconds() + PATIENCE
+        self._until, self._state = seconds() + PATIENCE, None
 
     def waits_for(self):
         return []
@@ -41,6 +41,9 @@ class Desk:
 
     def show(self, seen, now):
         self._seen = seen
+        state = (seen.phase, seen.n_moves, seen.stops, seen.trouble, seen.asked)
+        if state != self._state:
+            self._until, self._state = seconds() + PATIENCE, state
 
     def say(self, text):
         self.said.append(text)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from hrcneuro.experiment.log import Log
+from hrcneuro.experiment import opening
 from hrcneuro.paradigm.conditions import EPISODE
 from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Areas, Directions, actor_of
 from hrcneuro.paradigm.params import SessionParams
@@ -34,7 +34,7 @@ def simulated(seed=1, params=SHORT):
 def begun(folder, subject="s01", *, clock=None, resume=False, **options):
     """Open the log of a session at virtual pace, begun or resumed."""
     given = {"options": OPTIONS, "simulated": True, "real_time": False, "now": clock or Clock()} | options
-    return (Log.resume if resume else Log.begin)(folder, subject, **given)
+    return (opening.resume if resume else opening.begin)(folder, subject, **given)
 
 
 def play(log, trials, params=SHORT, *, clock=None, most=None, flush=True):
