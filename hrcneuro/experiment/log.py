@@ -105,6 +105,16 @@ class Log:
         self._stale = True
         self._commit()
 
+    def onset(self, trial: int, when: float) -> None:
+        """Write that the motion of a move of the episode has begun, whatever comes of it; its trigger has gone out."""
+        block, episode = self._begun(), self._episode
+        if episode is None:
+            raise ValueError("a motion belongs to an episode: none was begun")
+        self._tell(
+            experiments.ONSET, when, practice=block.practice, block=block.number, episode=episode.episode, trial=trial
+        )
+        self._commit()
+
     def move(self, move: Move, *, onset: float, t_f: float, ended: float, radius: float = math.nan, **more: Any) -> Row:
         """Write a finished move, and return its row.
 

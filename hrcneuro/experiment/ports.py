@@ -31,6 +31,9 @@ class Log(Protocol):
     def episode(self, number: int, path: Sequence[Tile], when: float) -> None:
         """An episode begins."""
 
+    def onset(self, turn: Turn) -> None:
+        """The motion of a move has begun; the turn tells when."""
+
     def move(self, turn: Turn, when: float) -> None:
         """A move has ended; the turn tells when it began."""
 

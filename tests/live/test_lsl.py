@@ -1,4 +1,4 @@
-"""What a laboratory has configured of liblsl counts; what it leaves open is chosen so that a person sees what matters."""
+"""What a laboratory has configured of liblsl counts; what it leaves open is chosen: warnings are told, no more."""
 
 import os
 import subprocess
