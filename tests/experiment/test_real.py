@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import json
 import os
@@ -14,6 +15,7 @@ import pytest
 from hrcneuro.arms.clock import seconds
 from hrcneuro.errors import StageError
 from hrcneuro.experiment import disk
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.parameters import ExperimentOptions
 from hrcneuro.experiment.ports import Order
 from hrcneuro.experiment.real import RealTime
@@ -49,11 +51,20 @@ class Desk:
         self.said.append(text)
 
 
+# On a busy machine a simulated arm may be held up: not what is tested here.
+ROBOT = Config(lead_s=0.035, max_late_s=0.5)
+
+
+@pytest.fixture(scope="module")
+def ahead():
+    """What checks requests, for all sessions: it has tried the whole grid."""
+    return Ahead(ROBOT, shortest_s=TimingParams().t_f_min_s)
+
+
 @pytest.fixture
-def run(tmp_path):
+def run(tmp_path, ahead):
     """Return what runs a session with an experimenter who acts so."""
-    # On a busy machine a simulated arm may be held up: not what is tested here.
-    robot = Config(rescue_folder=str(tmp_path / "kept"), lead_s=0.035, max_late_s=0.5)
+    robot = dataclasses.replace(ROBOT, rescue_folder=str(tmp_path / "kept"))
     options = ExperimentOptions(
         human="simulated", drawn_tool=True, markers="none", screen=False, watch_recorder=False, pause_s=0.1, break_s=0.1
     )
@@ -61,7 +72,7 @@ def run(tmp_path):
 
     def run(desk):
         setup = Setup("s01", options, session, TimingParams(), 1, robot, tmp_path / "recordings")
-        return RealTime(setup, desk).run()
+        return RealTime(setup, desk, ahead=ahead).run()
 
     return run
 
