@@ -14,6 +14,8 @@ from hrcneuro.cli.closed_sessions import Place
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, HardwareError
+from hrcneuro.experiment import session
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.io.decoders import ABOUT
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
@@ -63,7 +65,7 @@ def run(options: Options, subject: str, wish: Wish) -> int:
     closed = given | {"--closed": _closed(wish)}
     study = bring.settings(options, others=closed)
     graph.check_subject(study, subject)
-    experimenting.would(experimenting.setup_of(study, subject, options.workdir))
+    ahead = session.looked_ahead(experimenting.setup_of(study, subject, options.workdir))
     parent = rehearsing.parent(options, subject)
     if options.dry_run:
         first = "" if wish.decoder else "a session to calibrate on, then "
@@ -82,7 +84,7 @@ def run(options: Options, subject: str, wish: Wish) -> int:
         jobs = [closed_sessions.Job(options, placed, subject, folder, decoder, n, wish.sessions == 1) for n in numbers]
         places = closed_sessions.all_of(jobs, bring.console(options), options.jobs)
     else:
-        places = [_real(options, subject, folder, placed, decoder)]
+        places = [_real(options, subject, folder, placed, decoder, ahead)]
     return _told(options, study, subject, folder, decoder, places)
 
 
@@ -97,7 +99,8 @@ def _calibrated(options: Options, subject: str, folder: Path, given: Mapping[str
     study = bring.settings(options, others=dict(given) | rehearsing.placed(study, folder))
     talk = bring.console(options)
     talk.say("a session of the study, to calibrate on …")
-    seen = rehearsing.virtual(study, subject, folder)
+    ahead = session.looked_ahead(experimenting.setup_of(study, subject, folder))
+    seen = rehearsing.virtual(study, subject, folder, ahead)
     if not seen.whole:
         raise rehearsing.broken_off(seen, folder)
     where = replace(options, workdir=folder, set=[*(options.set or ()), *rehearsing.analysed(subject, folder)])
@@ -113,12 +116,14 @@ def _calibrated(options: Options, subject: str, folder: Path, given: Mapping[str
     return Workdir(folder).artifact("calibrate", subject, ABOUT).parent
 
 
-def _real(options: Options, subject: str, folder: Path, given: Mapping[str, Sequence[str]], decoder: Path) -> Place:
+def _real(
+    options: Options, subject: str, folder: Path, given: Mapping[str, Sequence[str]], decoder: Path, ahead: Ahead
+) -> Place:
     """Run one closed block beside amplifier, recorder and loop."""
     from hrcneuro.cli.rehearsing_real import real
 
     study = bring.settings(options, others=given)
-    seen = real(options, study, subject, folder, given, decoder=decoder)
+    seen = real(options, study, subject, folder, given, ahead, decoder=decoder)
     if not seen.whole:
         raise rehearsing.broken_off(seen, folder)
     setup = experimenting.setup_of(study, subject, folder)

@@ -16,6 +16,7 @@ from hrcneuro.cli.experiment_desk import Desk
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 
 _ENDS_S = 60.0
@@ -31,10 +32,18 @@ level = -2
 
 
 def real(
-    options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]],
-    *, decoder: Path | None = None,
-) -> Seen:  # fmt: skip
+    options: Options,
+    study: Settings,
+    subject: str,
+    folder: Path,
+    given: Mapping[str, Sequence[str]],
+    ahead: Ahead,
+    *,
+    decoder: Path | None = None,
+) -> Seen:
     """Run one block beside ``amp`` and ``record``, and beside ``online`` with a decoder; return what was seen of it.
+
+    The arm is one for which was looked ahead.
 
     Raises:
         HrcError: The session cannot be begun.
@@ -58,7 +67,7 @@ def real(
         Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
-            return RealTime(setup, desk, streams=["eeg"]).run()
+            return RealTime(setup, desk, streams=["eeg"], ahead=ahead).run()
         finally:
             for name, process in (("amp", amp), ("record", recorder)):
                 if process.poll() is not None:

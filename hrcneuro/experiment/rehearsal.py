@@ -10,13 +10,13 @@ import json
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hrcneuro.experiment import messages as m
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.learning import Learning, Loop
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
@@ -65,13 +65,14 @@ class Rehearsal:
         learning: The closed loop, where there is one.
     """
 
-    def __init__(self, setup: Setup, lab: Lab, loop: Loop | None = None) -> None:
+    def __init__(self, setup: Setup, lab: Lab, loop: Loop | None = None, *, ahead: Ahead | None = None) -> None:
         """Prepare it: the streams are there, and are recorded from now on.
 
         Args:
             setup: What the session is run with: at virtual pace, with a simulated person.
             lab: What stands around it.
             loop: What decides and learns, for closed blocks.
+            ahead: As :class:`~hrcneuro.experiment.virtual.Virtual` takes it.
 
         Raises:
             ConfigError, HardwareError: The arm cannot work in the cell; the streams are not as declared, or none that
@@ -104,7 +105,7 @@ class Rehearsal:
         options = replace(setup.options, truth=True)
         self.learning = None if loop is None else Learning(self._network, setup.subject, loop)
         self._session = Virtual(
-            replace(setup, options=options), around=self._around, hear=self._hear,
+            replace(setup, options=options), around=self._around, hear=self._hear, ahead=ahead,
             policies=None if self.learning is None else self.learning.policies,
         )  # fmt: skip
         self._began = self._network.now
@@ -137,8 +138,9 @@ class Rehearsal:
             return None
         notes = journal.Journal(folder, {"subject": subject})
         path = path_of(folder, 1)
-        part = Part(path, started=datetime.now().astimezone().isoformat(timespec="milliseconds"))
-        notes.begin({"file": path.name})
+        beginning = journal.beginning(path, clock_s=self._network.clock())
+        part = Part(path, started=beginning["began"])
+        notes.begin(beginning)
         return Session(
             self._network, self._network.clock, opened, options, part, notes,
             tell=lambda stream, event: None, helper=ThreadPoolExecutor(1),

@@ -27,6 +27,7 @@ class Virtual:
         policies: Policies | None = None,
         around: Around = lambda now: None,
         hear: Callable[[m.Request | m.Report], None] = lambda message: None,
+        ahead: Ahead | None = None,
     ) -> None:
         """Prepare it.
 
@@ -35,18 +36,19 @@ class Virtual:
             policies: What the closed loop says, for closed blocks.
             around: Called in every cycle.
             hear: Is told every request and every report: what goes out over LSL in real time.
+            ahead: Checks each request, and has tried the whole grid; none: it is made for this session.
 
         Raises:
             ConfigError: The arm cannot work in the cell.
         """
-        session.check(setup)
         if setup.closed and policies is None:
             raise ConfigError(
                 "closed blocks at virtual pace, and nothing that decides beside them",
                 cure=f"hrcneuro rehearse {setup.subject} --closed runs both; or --pace real, beside 'hrcneuro online'",
             )
         self._setup, self._policies, self._around, self._hear = setup, policies, around, hear
-        self._ahead = Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+        self._ahead = ahead or session.looked_ahead(setup)
+        self._ahead.restart()
         self._requests: deque[m.Request] = deque()
         self._now = 0.0
         self._running: session.Running
