@@ -114,8 +114,9 @@ def _check_address(address: str, open_network: bool) -> None:
 
 
 def _version(text: str) -> tuple[int, int, int, int]:
+    """Return major, minor, bugfix and build; what is left out at the end is 0."""
     parts = text.split(".")
-    if len(parts) != 4 or not all(part.isdigit() for part in parts) or parts[0] != "3" or int(parts[1]) < 5:
-        raise ConfigError(f"--software {text!r} is no CB3 software", cure="give one such as 3.9.1.64192: 3.5 or later")
-    major, minor, bugfix, build = map(int, parts)
+    if not 2 <= len(parts) <= 4 or not all(part.isdecimal() for part in parts) or parts[0] != "3" or int(parts[1]) < 5:
+        raise ConfigError(f"--software {text!r} is no CB3 software", cure="give 3.9, or 3.9.1.64192: 3.5 or later")
+    major, minor, bugfix, build = map(int, (parts + ["0", "0"])[:4])
     return major, minor, bugfix, build
