@@ -15,12 +15,14 @@ from hrcneuro.cli.experiment_desk import Desk
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError
+from hrcneuro.experiment import session
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
-from hrcneuro.paradigm.session import protocol
 from hrcneuro.pipeline.graph import check_subject
 
-_STOPPED, _EARLY = 4, 1
+_STOPPED, _EARLY, _WANTED = 4, 1, 130
+"""Exit codes of a session that is not whole: stopped by the hardware, by other trouble, ended by a person."""
 _RECORDED = {
     "yes": "yes, as far as was seen from here",
     "no": "no: 'hrcneuro record' of this subject did not run on this machine",
@@ -43,13 +45,17 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
             f"{len(subjects)} subjects, {', '.join(subjects)}, in real time; allowed: one at a time",
             cure="name one, or run all with --human simulated --pace virtual",
         )
-    code, sessions = 0, []
+    code, sessions, ahead = 0, [], None
     for subject in dict.fromkeys(subjects):
         setup = setup_of(study, subject, options.workdir)
         if options.dry_run:
             sessions.append(would(setup, resume))
             continue
-        seen = _real(options, study, setup, resume) if real else _virtual(setup, resume)
+        if real:
+            seen = _real(options, study, setup, resume)
+        else:
+            ahead = ahead or session.looked_ahead(setup)
+            seen = _virtual(setup, resume, ahead)
         sessions.append(told(setup, seen))
         code = max(code, _code(seen))
         if not options.json:
@@ -82,15 +88,15 @@ def _real(options: Options, study: Settings, setup: Setup, resume: bool) -> Seen
     from hrcneuro.experiment.real import RealTime
 
     declared = [key for key, one in study.live["record"].streams.items() if one.sfreq != 0.0]
-    with Desk(bring.console(options), setup.session.blocks) as desk:
+    with Desk(bring.console(options), setup.n_blocks) as desk:
         desk.say(f"the session of {setup.subject} begins: the arm {setup.arm.backend} comes to its place")
         return RealTime(setup, desk, streams=declared).run(resume=resume)
 
 
-def _virtual(setup: Setup, resume: bool) -> Seen:
+def _virtual(setup: Setup, resume: bool, ahead: Ahead) -> Seen:
     from hrcneuro.experiment.virtual import Virtual
 
-    return Virtual(setup).run(resume=resume)
+    return Virtual(setup, ahead=ahead).run(resume=resume)
 
 
 def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
@@ -99,14 +105,10 @@ def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
     Raises:
         ConfigError, HardwareError: It cannot be begun.
     """
-    from hrcneuro.experiment import session
-    from hrcneuro.experiment.ahead import Ahead
-
-    session.check(setup)
-    Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+    session.looked_ahead(setup)
     return {
         "subject": setup.subject,
-        "blocks": len(list(protocol(setup.session))),
+        "blocks": setup.n_blocks,
         "arm": setup.arm.backend,
         "pace": setup.options.pace,
         "resume": resume,
@@ -118,14 +120,17 @@ def _code(seen: Seen) -> int:
         return 0
     if seen.interrupted:
         return interrupts.told()[0]
-    return _STOPPED if seen.hardware else _EARLY
+    if seen.hardware:
+        return _STOPPED
+    # Whether the end was asked for by a key, at the window or by Ctrl-C, is all the same.
+    return _WANTED if seen.wanted else _EARLY
 
 
 def told(setup: Setup, seen: Seen) -> dict[str, Any]:
     """Return how a session went, for a program."""
     return {
         "subject": setup.subject,
-        "folder": str(setup.folder / setup.subject),
+        "folder": str(setup.place),
         "whole": seen.whole,
         "blocks": seen.blocks_done,
         "moves": seen.n_moves,
@@ -135,6 +140,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "stops": seen.stops,
         "late_packets": seen.health.late_packets if seen.health else 0,
         "recorded": seen.recorded,
+        "ended": seen.ended,
         "trouble": seen.trouble,
     }
 
@@ -143,7 +149,7 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
     """Return how a session went, for a person."""
     ignored = ", ".join(f"{why} {n}" for why, n in seen.ignored.items())
     keys = f"{counted(seen.keys[''], 'key')}" + (f" (ignored: {ignored})" if ignored else "")
-    place = setup.folder / setup.subject
+    place = setup.place
     lines = [f"{setup.subject}: {counted(seen.blocks_done, 'block')}, {counted(seen.n_moves, 'move')}, {keys}"]
     if seen.stops:
         lines.append(f"  the arm was stopped {counted(seen.stops, 'time')}: {seen.trouble or 'it went on'}")
@@ -153,5 +159,7 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
         lines.append(f"  recorded: {_RECORDED[seen.recorded]}")
     lines.append(f"  log in {place}")
     if not seen.whole:
-        lines.append(f"  ended early: 'hrcneuro experiment {setup.subject} --resume' goes on at the next block")
+        why = f" ({seen.ended}): the arm rests, the log is closed" if seen.wanted else f": {seen.ended or seen.trouble}"
+        lines.append(f"  ended early{why}")
+        lines.append(f"  'hrcneuro experiment {setup.subject} --resume' goes on at the next block")
     return lines

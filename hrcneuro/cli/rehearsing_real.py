@@ -16,6 +16,7 @@ from hrcneuro.cli.experiment_desk import Desk
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 
 _ENDS_S = 60.0
@@ -30,8 +31,19 @@ level = -2
 """A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
 
 
-def real(options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]]) -> Seen:
-    """Run one block beside ``amp`` and ``record``; return what was seen of it.
+def real(
+    options: Options,
+    study: Settings,
+    subject: str,
+    folder: Path,
+    given: Mapping[str, Sequence[str]],
+    ahead: Ahead,
+    *,
+    decoder: Path | None = None,
+) -> Seen:
+    """Run one block beside ``amp`` and ``record``, and beside ``online`` with a decoder; return what was seen of it.
+
+    The arm is one for which was looked ahead.
 
     Raises:
         HrcError: The session cannot be begun.
@@ -46,13 +58,16 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
     common = ["--workdir", str(folder), *(["--config", str(options.config)] if options.config else [])]
     for one in [*(options.set or ()), *(text for texts in given.values() for text in texts)]:
         common += ["--set", one]
+    # Another sitting than the one that was calibrated on.
+    sitting = ["--sitting", "1"] if decoder is not None else []
     with (
-        _beside("amp", [subject, *common], folder) as amp,
+        _beside("amp", [subject, *sitting, *common], folder) as amp,
         _beside("record", [subject, *common], folder) as recorder,
-        Desk(bring.console(options), setup.session.blocks) as desk,
+        _deciding(subject, decoder, common, folder),
+        Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
-            return RealTime(setup, desk, streams=["eeg"]).run()
+            return RealTime(setup, desk, streams=["eeg"], ahead=ahead).run()
         finally:
             for name, process in (("amp", amp), ("record", recorder)):
                 if process.poll() is not None:
@@ -60,6 +75,14 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
                         f"'hrcneuro {name}' ended by itself: {_last_words(folder / f'{name}.txt')}",
                         cure=f"see {folder / f'{name}.txt'}",
                     )
+
+
+def _deciding(
+    subject: str, decoder: Path | None, common: Sequence[str], folder: Path
+) -> contextlib.AbstractContextManager[object]:
+    if decoder is None:
+        return contextlib.nullcontext()
+    return _beside("online", [subject, "--decoder", str(decoder), *common], folder)
 
 
 @contextlib.contextmanager

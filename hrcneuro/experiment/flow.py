@@ -7,7 +7,8 @@ arm when the tool comes within its radius, so that the arm never waits for this 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from hrcneuro.experiment import messages as m
 from hrcneuro.experiment import scenes
@@ -105,6 +106,10 @@ class Flow(Course):
         """Write down what the experimenter remarks."""
         self._log.event("remark", now, text=text)
 
+    def took_up(self, kind: str, now: float, about: Mapping[str, Any]) -> None:
+        """Write down what was taken up of the closed loop's words, or was not."""
+        self._log.event(kind, now, **about)
+
     def pause(self, now: float, why: str) -> None:
         """Pause as soon as the arm rests; ``why`` is empty where the experimenter asked for it."""
         if self._pause is not None or self._gone or self._ending:
@@ -122,11 +127,12 @@ class Flow(Course):
         """Pause, with the next :meth:`tick`, for something that a person must mend; what is being done is not cut."""
         self._wrong = problem, cure
 
-    def end(self, now: float, why: str) -> None:
-        """End the session as soon as the arm rests."""
+    def end(self, now: float, why: str, *, wanted: bool = True) -> None:
+        """End the session as soon as the arm rests; ``wanted``: a person asked for it."""
         if self._ending:
             return
         self._ending = True
+        self.seen.ended, self.seen.wanted = why, wanted
         self.seen.asked = "the end is asked for"
         self._log.event("ends early", now, why=why)
         if self._gone:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.io.places import lock
+from hrcneuro.io.places import is_locked
 from hrcneuro.live import journal
 from hrcneuro.live.part import LOCK
 
@@ -32,7 +31,7 @@ class RecorderWatch:
         newest = max(self._folder.glob(f"*/{LOCK}"), default=None)
         if newest is None:
             return ""
-        running = _is_locked(newest)
+        running = is_locked(newest)
         if not (running or self.seen):
             return ""
         self.seen = True
@@ -49,14 +48,3 @@ def _lost(part: dict[str, Any], declared: Collection[str]) -> list[str]:
         if event.get("kind") in (*_LOST, *_THERE):
             state[str(event.get("stream"))] = event["kind"] in _LOST
     return [key for key in declared if state.get(key)]
-
-
-def _is_locked(path: Path) -> bool:
-    """Return whether a process records into the folder of this lock."""
-    try:
-        os.close(lock(path))
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    return False

@@ -74,12 +74,20 @@ class ClosedEpisode(Way):
     @property
     def owner(self) -> str:
         """Whose the pending step is by the person's choice; on a diagonal the robot's."""
-        return HUMAN if self.target in self.owners.human else ROBOT
+        return self._owner(self.target)
 
     @property
     def expected(self) -> str:
         """Whom the person expects to act next."""
-        return self.owner if self.habits is None else self.habits.expected(self.target, self.owner)
+        return self.whom(self.target)
+
+    def whom(self, target: str) -> str:
+        """Return whom the person expects to make a step in a direction, of eight."""
+        owner = self._owner(target)
+        return owner if self.habits is None else self.habits.expected(target, owner)
+
+    def _owner(self, target: str) -> str:
+        return HUMAN if target in self.owners.human else ROBOT
 
     @property
     def actor(self) -> str:

@@ -20,8 +20,8 @@ OPTIONS = RecordOptions(
 class Lab:
     """A recording of a session's moves: an amplifier that replays, a robot that marks, a recorder, a log."""
 
-    def __init__(self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0):
-        self.folder, self.trials = folder, trials
+    def __init__(self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0, marks=True):
+        self.folder, self.trials, self.marks = folder, trials, marks
         folder.mkdir(parents=True, exist_ok=True)
         self.offset, self.drift_ppm = offset, drift_ppm
         self.eeg = Sender("actiCHamp", "EEG", labels=(*LABELS, TRIGGER), sfreq=SFREQ, source_id="amp")
@@ -56,7 +56,8 @@ class Lab:
             if when > now:
                 break
             self.amplifier.trigger(when)
-            self.robot.push([when], [[marker_of(row)]])
+            if self.marks:
+                self.robot.push([when], [[marker_of(row)]])
             self.next += 1
         self.amplifier.step()
 
