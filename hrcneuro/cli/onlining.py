@@ -20,11 +20,11 @@ from hrcneuro.cli import bring
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import ConfigError, DataError, StageError
+from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.online import OnlineLearner, Policy, rates_of
+from hrcneuro.learning.online import OnlineLearner, rates_of
 from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
@@ -81,13 +81,16 @@ class Task:
             DataError: There is no loop to go on with, or it was another one.
         """
         learner = self._learner()
-        policy = self._relearn(learner) if go_on else None
+        path = going_on.newest(self._parent) if go_on else None
+        before = self._relearn(learner, path) if path is not None else None
         # Threads of BLAS that wait for each other take longer than these products.
         with interrupts.whole(), threadpool_limits(1):
             with LslNetwork() as network:
                 self._talk.say("looking for the EEG …")
                 eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
                 log = self._log()
+                if path is not None:
+                    log(going_on.goes_on(path))
                 outlet = LslOutlet(
                     DECISIONS,
                     "Markers",
@@ -100,21 +103,17 @@ class Task:
                     network, network.clock, eeg, self._decoder, learner, self._wanted, subject=self._subject,
                     publish=outlet.send, log=log, rail_uv=self._record.rail_uv, tell=view.tell,
                 )  # fmt: skip
-                if policy is not None and self._wanted.mode == "semi":
-                    loop.deciding.policy = policy
+                if before is not None:
+                    loop.deciding.go_on(before.policy, before.episode)
                 interrupts.once(lambda: self._talk.say("the log is being ended; a moment"))
                 interrupts.hold()
                 begun, work = time.monotonic(), time.process_time()
                 try:
                     self._go_on(loop, view, seconds)
-                except OSError as error:
-                    raise StageError(
-                        f"{log.path} takes no more: {error.strerror or error}", cure="free space on its disk"
-                    ) from error
                 finally:
                     # Whatever ends it: what was decided stands in the log.
-                    log.close()
                     outlet.close()
+                    log.close()
                 share = (time.process_time() - work) / max(time.monotonic() - begun, 1e-9)
             interrupts.forget()
         told = self._told([loop], log.path) | {
@@ -124,11 +123,10 @@ class Task:
         self._answer(told)
         return 0
 
-    def _relearn(self, learner: OnlineLearner) -> Policy | None:
-        path = going_on.newest(self._parent)
-        begun = going_on.relearned(decisions.lines(path), learner, self._decoder, afresh=self._wanted.afresh)
+    def _relearn(self, learner: OnlineLearner, path: Path) -> going_on.Before:
+        before = going_on.relearned(going_on.history(path), learner, self._decoder, afresh=self._wanted.afresh)
         self._talk.say(f"goes on with what {path} tells: {learner.updates} decisions had taught")
-        return begun
+        return before
 
     def _go_on(self, loop: Online, view: View, seconds: float) -> None:
         gc.collect()

@@ -113,7 +113,7 @@ class Policies:
         try:
             said = json.loads(text)
             mode, marker, sent = said["mode"], said.get("marker", ""), said["sent_s"]
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             self._refuse("it is no message of the loop's", text)
             return
         policy = policy_in(text)
