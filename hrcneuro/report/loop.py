@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from hrcneuro.learning import loop_scores as scores
 from hrcneuro.learning.loop import CASES, LoopModel, LoopSessions, simulate_loop
 from hrcneuro.learning.loop_decoders import anticipation, independent
 from hrcneuro.learning.loop_scores import Mean
-from hrcneuro.learning.rates import PAPER
+from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Curve
 from hrcneuro.report import markup
 
@@ -45,7 +45,14 @@ class LoopNull:
 
 
 def null_of(
-    steps: pd.DataFrame, episodes: pd.DataFrame, model: LoopModel, *, sessions: int, repetitions: int, seed: int
+    steps: pd.DataFrame,
+    episodes: pd.DataFrame,
+    model: LoopModel,
+    *,
+    sessions: int,
+    repetitions: int,
+    seed: int,
+    claimed: Rates | None = None,
 ) -> LoopNull | None:
     """Return the null model of what was played; None where nothing was decided after one of the actors' moves.
 
@@ -55,6 +62,8 @@ def null_of(
         sessions: How many are simulated.
         repetitions: Of SIM1.
         seed: Of every draw.
+        claimed: The rates by which the learner weighed answers, those of the decoder's calibration; none: those that
+            the sessions come out with.
     """
     played = made.loop_sessions(steps, episodes)
     rates = scores.pooled_rates(played)
@@ -62,16 +71,17 @@ def null_of(
         return None
     like = made.as_measured(model, steps)
     after_human, after_robot = scores.pooled_takeovers(played)
-    nothing = independent(after_human=after_human, after_robot=after_robot)
-    count, make = played.policies.shape[1], model.kind.make
+    nothing = independent(after_human=after_human, after_robot=after_robot, claimed=claimed)
+    right = anticipation(rates) if claimed is None else replace(anticipation(rates), claimed=claimed)
+    count = played.policies.shape[1]
     return LoopNull(
-        simulate_loop(like, anticipation(rates), sessions=sessions, seed=seed),
+        simulate_loop(like, right, sessions=sessions, seed=seed),
         simulate_loop(like, nothing, sessions=sessions, seed=seed),
         {
-            name: scores.sim1(r, make, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
+            name: scores.sim1(r, model.kind, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
             for name, r in (("at these rates", rates), ("at the paper's", PAPER))
         }
-        if model.kind.evidence == "decision" and model.floor == 0
+        if model.floor == 0
         else {},
     )
 
