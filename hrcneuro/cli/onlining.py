@@ -20,7 +20,7 @@ from hrcneuro.cli import bring
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
@@ -29,8 +29,8 @@ from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
 from hrcneuro.live.parameters import OnlineOptions
-from hrcneuro.live.policies import source_of
-from hrcneuro.live.transport import DECISIONS
+from hrcneuro.live.policies import running, source_of
+from hrcneuro.live.transport import DECISIONS, Network
 from hrcneuro.pipeline.workdir import Workdir
 
 _SOON_S, _QUICK_S, _STEP_S = 0.02, 0.0005, 0.004
@@ -76,7 +76,8 @@ class Task:
         """Decide until a marker tells that the session has ended, Ctrl-C, or so many seconds; return the exit code.
 
         Raises:
-            HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves.
+            HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves; another loop
+                of the subject is running.
             ConfigError, StageError: The log cannot be written.
             DataError: There is no loop to go on with, or it was another one.
         """
@@ -88,6 +89,7 @@ class Task:
             with LslNetwork() as network:
                 self._talk.say("looking for the EEG …")
                 eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
+                self._refuse_second(network)
                 log = self._log()
                 if path is not None:
                     log(going_on.goes_on(path))
@@ -122,6 +124,13 @@ class Task:
         }
         self._answer(told)
         return 0
+
+    def _refuse_second(self, network: Network) -> None:
+        if others := running(network, self._subject):
+            raise HardwareError(
+                f"a closed loop of {self._subject} is running ({others[0].source_id}); an experiment heeds one",
+                cure="end that one first, with Ctrl-C in its terminal",
+            )
 
     def _relearn(self, learner: OnlineLearner, path: Path) -> going_on.Before:
         before = going_on.relearned(going_on.history(path), learner, self._decoder, afresh=self._wanted.afresh)

@@ -25,6 +25,12 @@ def source_of(subject: str, number: int) -> str:
     return f"hrcneuro-online-{subject}-{number}"
 
 
+def running(network: Network, subject: str) -> list[Description]:
+    """Return the streams of the closed loops of a subject that are there."""
+    ours = re.compile(re.escape(source_of(subject, 0)[:-1]) + r"\d+")
+    return [one for one in network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
+
+
 class Policies:
     """The policy of a running loop.
 
@@ -99,8 +105,7 @@ class Policies:
             self._inlet = None
 
     def _there(self) -> list[Description]:
-        ours = re.compile(re.escape(source_of(self._subject, 0)[:-1]) + r"\d+")
-        return [one for one in self._network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
+        return running(self._network, self._subject)
 
     def _open(self, there: list[Description]) -> None:
         for one in there[:1]:

@@ -85,6 +85,8 @@ def test_a_session_over_lsl_is_decided_until_ctrl_c(tmp_path):
             if found and found[0].count('"zero_from": "trigger"') >= 3:
                 break
             time.sleep(0.1)
+        code, _, told = ran(lab, "--mode", "closed")
+        assert (code, "a closed loop of s01 is running" in told) == (4, True), told
         loop.send_signal(signal.SIGINT)
         out, err = loop.communicate(timeout=30)
     assert loop.returncode == 0, err
