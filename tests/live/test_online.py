@@ -310,6 +310,16 @@ def test_the_truth_stream_is_never_opened():
     assert TRUTH not in opened
 
 
+def test_keys_that_are_told_of_on_the_markers_stream_change_nothing():
+    events = moves(episodes=2)
+    keys = [
+        (at + after, markers.of_key("s01", key, ignored))
+        for number, (at, _) in enumerate(events)
+        for key, after, ignored in (("N", 0.2, ""), ("NESW"[number % 4], 0.4, "the_robot's_turn"))
+    ]
+    assert Lab(events + keys).run().lines == Lab(events).run().lines
+
+
 def test_the_end_marker_ends_the_loop_when_all_is_decided():
     lab = Lab(moves(episodes=1))
     lab.run(lab.events[-1][0] + 0.3)
