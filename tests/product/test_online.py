@@ -64,6 +64,7 @@ def test_what_is_missing_is_told_with_its_cure(recorded):
         ((), 3, "calibrate of s01 has not run"),
         (("--decoder", "made", "--replay", "nowhere"), 3, "part1.xdf"),
         (("--decoder", "made", "--set", "online.wait_s=1"), 4, "the EEG is missing"),
+        (("--decoder", "made", "--replay", "recordings/s01/one", "--go-on"), 2, "--go-on with --replay"),
         (("--decoder", "made", "--mode", "open"), 2, "shadow, semi, closed"),
     ):
         got, _, err = ran(lab, *words)

@@ -143,6 +143,13 @@ def test_mistakes_are_told(hrcneuro, folder, words, code, said):
     assert (done.code, said in done.err) == (code, True), done.err
 
 
+@pytest.mark.parametrize("words", [("--sessions", "2"), ("--decoder", "somewhere")])
+def test_what_is_of_closed_blocks_is_refused_without_them(hrcneuro, tmp_path, words):
+    done = hrcneuro("rehearse", "s01", *words, "--workdir", tmp_path)
+    assert (done.code, f"{words[0]} without --closed" in done.err) == (2, True), done.err
+    assert not list(tmp_path.iterdir())
+
+
 def test_closed_blocks_need_the_loop(hrcneuro, tmp_path):
     words = ["experiment", "s01", "--closed", "--human", "simulated", "--workdir", tmp_path]
     done = hrcneuro(*words, "--pace", "virtual")
