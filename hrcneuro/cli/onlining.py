@@ -166,11 +166,11 @@ class Task:
             DataError: It, or the log, cannot be read.
         """
         parts = replaying.read(recording, self._wanted)
-        found = log or _log_beside(recording, parts)
+        found = [log] if log is not None else replaying.logs_beside(recording, parts)
         try:
-            known = decisions.known(found) if found is not None else None
+            known = decisions.known(*found) if found else None
         except OSError as error:
-            raise DataError(f"{found} cannot be read: {error.strerror or error}", cure="name another: --log") from error
+            raise DataError(f"{log} cannot be read: {error.strerror or error}", cure="name another: --log") from error
         lines: list[Mapping[str, Any]] = []
         with threadpool_limits(1):
             loops = replaying.replay(
@@ -178,7 +178,7 @@ class Task:
                 publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
             )  # fmt: skip
         # A recording's clock stands still while it is decided: durations mean nothing.
-        told = self._told(loops, found) | {"latency_ms": {}}
+        told = self._told(loops, found[-1] if found else None) | {"latency_ms": {}}
         code = 0
         if known is not None:
             same = compared(lines, known)
@@ -283,16 +283,3 @@ def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict
         else:
             counts["equal" if line["score"] == known.scores[key] else "different"] += 1
     return counts
-
-
-def _log_beside(recording: Path, parts: Sequence[tuple[replaying.Stream, replaying.Stream]]) -> Path | None:
-    """Return the log of the live session that made a recording: one whose markers are in it; None for none."""
-    there = {
-        (str(row[0]), float(stamp)) for _, marks in parts for stamp, row in zip(marks.stamps, marks.values, strict=True)
-    }
-    best, most = None, 0
-    for path in sorted(recording.absolute().parent.glob(f"*-online*/{decisions.FILE}")):
-        common = len(there & set(decisions.known(path).scores))
-        if common > most:
-            best, most = path, common
-    return best

@@ -111,5 +111,7 @@ def _beside(name: str, words: Sequence[str], folder: Path) -> Iterator[subproces
 
 
 def _last_words(path: Path) -> str:
+    """Return what a command said last; of an error the problem, behind which its cure stands."""
     lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    return lines[-1] if lines else "without a word"
+    errors = [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]
+    return (errors or lines or ["without a word"])[-1]

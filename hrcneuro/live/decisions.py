@@ -8,6 +8,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -229,10 +230,14 @@ class Known:
     starts: list[float] = field(default_factory=list)
 
 
-def known(path: Path) -> Known:
-    """Return what a log tells; raises OSError where it cannot be read."""
+def known(*paths: Path) -> Known:
+    """Return what the logs of a session tell, in their order: several where its loop was begun again.
+
+    Raises:
+        OSError: One cannot be read.
+    """
     found = Known()
-    for line in lines(path):
+    for line in chain.from_iterable(map(lines, paths)):
         if line.get("kind") in (BEGIN, BREAK) and _is_time(line.get("stamp")):
             found.starts.append(float(line["stamp"]))
         elif line.get("kind") == MOVE and _is_time(line.get("marker_stamp")):

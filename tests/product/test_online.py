@@ -9,10 +9,11 @@ import pytest
 from live_lab import Lab
 from online_lab import Lab as Virtual
 from online_lab import decoder as virtual_decoder
-from online_lab import moves
+from online_lab import learner, moves
 
 from hrcneuro.io.decoders import write_decoder
 from hrcneuro.live.decisions import DecisionLog
+from hrcneuro.live.online import Online
 
 for _name, _extra in (("mne_lsl", "lsl"), ("pyxdf", "xdf")):
     pytest.importorskip(_name, reason=f"{_name} is not installed: hrcneuro[{_extra}]")
@@ -55,6 +56,39 @@ def test_a_replay_finds_the_log_of_its_session_and_says_whether_scores_are_equal
     path.write_text(path.read_text().replace(f'"score": {session.trials[0]["score"]}', '"score": 0.125', 1))
     code, answer, _ = ran(lab, *words)
     assert (code, answer["ok"], answer["against_log"]["different"]) == (1, False, 1)
+
+
+def test_a_replay_finds_every_log_of_a_session_whose_loop_was_begun_again(tmp_path):
+    lab = Lab(tmp_path)
+    home = tmp_path / "recordings" / "s01"
+    session = Virtual(moves(episodes=2), folder=home / "one")
+    first, second = session.lines, []
+    session.network.on_wait.append(lambda now: begin_again(session, second, now))
+    session.run()
+    for name, lines in (("1-online", first), ("2-online", second), ("3-online", second[:4])):
+        (home / name).mkdir()
+        log = DecisionLog(home / name)
+        for line in lines:
+            log(line)
+        log.close()
+    (tmp_path / "made").mkdir()
+    write_decoder(virtual_decoder(), tmp_path / "made", about={})
+    code, answer, said = ran(lab, "--decoder", "made", "--replay", "recordings/s01/one", "--mode", "closed")
+    counts = answer["against_log"]
+    assert (code, counts["different"]) == (0, 0), said
+    scored = [sum(line.get("score") is not None for line in lines) for lines in (first, second)]
+    assert min(scored) > 2
+    assert counts["equal"] == sum(scored)
+
+
+def begin_again(session, lines, now):
+    """Let another loop take the place of the one that a session has had, at its second 8.5."""
+    if lines or now < session.begun + 8.5:
+        return
+    session.loop = Online(
+        session.network, session.network.clock, session.loop.eeg, virtual_decoder(), learner(), session.options,
+        subject="s01", publish=lambda text, stamp: None, log=lines.append,
+    )  # fmt: skip
 
 
 def test_what_is_missing_is_told_with_its_cure(recorded):

@@ -6,6 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from hrcneuro.cli.rehearsing_real import _last_words
+
 pytest.importorskip("pyxdf", reason="needs the extra xdf")
 
 LAB = """
@@ -141,6 +143,17 @@ def test_in_shadow_each_makes_the_own_steps_and_the_learner_looks_on(hrcneuro, f
 def test_mistakes_are_told(hrcneuro, folder, words, code, said):
     done = rehearse(hrcneuro, folder, *words)
     assert (done.code, said in done.err) == (code, True), done.err
+
+
+def test_of_a_part_that_ended_the_problem_is_told_not_its_cure(tmp_path):
+    said = tmp_path / "online.txt"
+    for text, told in (
+        ("looking\nerror: the EEG is missing\n  cure: start it\n", "the EEG is missing"),
+        ("one\ntwo\n", "two"),
+        ("", "without a word"),
+    ):
+        said.write_text(text)
+        assert _last_words(said) == told
 
 
 @pytest.mark.parametrize("words", [("--sessions", "2"), ("--decoder", "somewhere")])
