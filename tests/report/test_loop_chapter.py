@@ -23,10 +23,10 @@ CLOSED = ClosedParams(blocks=2, episodes_per_block=5)
 MODEL = LoopModel(kinds(alpha=0.05, ddof=0, horizon=40.0)["paper"], tau=0.1, closed=CLOSED)
 
 
-def tables(n=3, rates=70, **how):
+def tables(n=3, rates=70, subject="s01", **how):
     decoder = anticipation(Rates.level(rates))
     logs = [PlayedLogs(decoder, CLOSED, rng=np.random.default_rng([1, k]), **how) for k in range(n)]
-    parts = [loop_tables(one.experiment, one.decisions, subject="s01", session=str(k)) for k, one in enumerate(logs)]
+    parts = [loop_tables(one.experiment, one.decisions, subject=subject, session=str(k)) for k, one in enumerate(logs)]
     return [pd.concat(one) for one in zip(*parts, strict=True)]
 
 
@@ -84,6 +84,17 @@ def test_the_null_model_decides_as_rightly_as_was_measured_where_the_person_adap
     null = simulate_loop(as_measured(tossing, steps), anticipation(measured), sessions=20, seed=3)
     assert max(astuple(measured)) < 90
     assert astuple(loop_scores.pooled_rates(null)) == pytest.approx(astuple(measured), abs=4)
+
+
+def test_each_subject_has_a_null_model_of_the_own_rates():
+    """One subject's decoder is always right, another's always wrong: no mean of the two would learn as they do."""
+    parts = [tables(3, rates=rates, subject=name) for name, rates in (("s01", 100), ("s02", 0))]
+    steps, episodes = (pd.concat(both) for both in zip(*parts, strict=True))
+    null = null_of(steps, episodes, MODEL, sessions=8, repetitions=2, seed=1)
+    ends = loop_scores.accuracy(null.null)[:, -1]
+    assert len(ends) == 8
+    assert ends[:4].min() > 0.6
+    assert ends[4:].max() < 0.4
 
 
 @pytest.mark.parametrize("claimed", [Rates.level(50), Rates.level(80), None])
