@@ -16,7 +16,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.experiment import session
 from hrcneuro.experiment.ahead import Ahead
-from hrcneuro.io.decoders import ABOUT
+from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.workdir import Workdir
@@ -175,7 +175,7 @@ def _page(
         steps, episodes, null, picture=folder / PICTURE, deadline_s=wanted.deadline_s, mode=wanted.mode,
         remark=rehearsing.SYNTHETIC,
     )  # fmt: skip
-    about = json.loads((decoder / ABOUT).read_text(encoding="utf-8"))
+    _, about = read_decoder(decoder)
     answers = results.blocks([("calibrate", subject, about.get("summary", {}))])
     page = markup.render(
         "rehearsal_closed.html",
