@@ -162,6 +162,9 @@ class Online:
             return None, self._clock()
         try:
             samples = self.eeg.inlet.pull()
+            if self.eeg.inlet.reconnected():
+                # Its units and channels are to be looked at again before a sample of it counts.
+                raise Lost("another run of it has begun")
             self.eeg.measure()
         except Lost as error:
             self._lost = str(error)
