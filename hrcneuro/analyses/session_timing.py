@@ -22,7 +22,7 @@ LINKS = {
 }
 """Column of the table of moves -> what it is, in the order of the chain."""
 EDGE = "marker_edge_ms"
-_SAME_MOVE_S = 1.0
+_SAME_STAMP_S = 1e-3
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,9 @@ def session_timing(chain: pd.DataFrame, sfreq: float, driven: pd.DataFrame | Non
         if name in moves and moves[name].notna().any():
             values = moves[name].to_numpy(float)
             links.append(Link(name, latency(values), slope(t_f, values)))
-    # Each part has samples of its own: a drift over all would take the gap between them for one.
-    longest = moves.groupby("part")["edge_sample"].count().idxmax()
-    one = moves[(moves["part"] == longest) & moves["edge_sample"].notna()]
-    drift = drift_ppm(one["edge_sample"].to_numpy(float), one["marker_s"].to_numpy(float), sfreq)
+    # Each part, and what lies between two gaps, has samples of its own: over all, what is missing would be a drift.
+    stretch = moves.groupby(["part", "segment"]).ngroup().to_numpy(int)
+    drift = drift_ppm(moves["edge_sample"].to_numpy(float), moves["marker_s"].to_numpy(float), sfreq, stretch)
     return SessionTiming(links, drift, moves, int(moves["edge_s"].isna().sum()), _amp_delay(links, sfreq))
 
 
@@ -112,11 +111,11 @@ def _with_robot(moves: pd.DataFrame, driven: pd.DataFrame | None) -> pd.DataFram
     keys = ["practice", "block", "episode", "trial"]
     of_move = {tuple(row[key] for key in keys): row for row in known.to_dict("records")}
     rows: list[Mapping[Any, Any]] = []
-    for text, when in zip(moves["marker"], moves["marker_s"], strict=True):
+    for text, sent in zip(moves["marker"], moves["sent_s"], strict=True):
         named = move_in(text) or {}
         row = of_move.get(tuple(named.get(key) for key in keys), {})
-        # The same move of another session has another stamp.
-        rows.append(row if row and abs(row["lsl_s"] - when) < _SAME_MOVE_S else {})
+        # The same move of another session has another stamp; the robot's machine may have a clock of its own.
+        rows.append(row if row and abs(row["lsl_s"] - sent) < _SAME_STAMP_S else {})
     return moves.assign(**{to: [row.get(of, np.nan) for row in rows] for to, of in wanted.items()})
 
 

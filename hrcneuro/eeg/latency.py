@@ -83,37 +83,44 @@ def latency(values: np.ndarray) -> Latency:
     )
 
 
-def slope(x: np.ndarray, y: np.ndarray) -> Estimate:
+def slope(x: np.ndarray, y: np.ndarray, *, groups: int = 1) -> Estimate:
     """Return by how much ``y`` grows with ``x``, by least squares; NaN where fewer than three points are known.
 
     Args:
         x, y: ndarray, shape (n,).
+        groups: Of how many groups the means were taken off before: each costs a degree of freedom.
     """
     keep = np.isfinite(x) & np.isfinite(y)
     a, b = np.asarray(x, float)[keep], np.asarray(y, float)[keep]
     n = len(a)
-    if n < 3 or np.ptp(a) == 0:
+    freedom = n - 1 - groups
+    if freedom < 1 or np.ptp(a) == 0:
         return Estimate(math.nan, math.nan, math.nan)
     from scipy.stats import linregress, t
 
     fit = linregress(a, b)
-    reach = float(t.ppf(0.975, n - 2)) * float(fit.stderr)
+    reach = float(t.ppf(0.975, freedom)) * float(fit.stderr) * math.sqrt((n - 2) / freedom)
     return Estimate(float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach)
 
 
-def drift_ppm(samples: np.ndarray, when_s: np.ndarray, sfreq: float) -> Estimate:
+def drift_ppm(samples: np.ndarray, when_s: np.ndarray, sfreq: float, segment: np.ndarray | None = None) -> Estimate:
     """Return how much faster a clock that counts samples runs than one in seconds, parts in a million.
 
     Args:
         samples: ndarray, shape (n,), of the samples at which events were seen.
         when_s: ndarray, shape (n,), when they were, s of the other clock.
         sfreq: Nominal sampling rate, Hz.
+        segment: ndarray, shape (n,), number of the stretch that holds each event: between two, samples are missing,
+            and how many is not asked. None for a single one.
     """
     known = np.isfinite(samples) & np.isfinite(when_s)
     if not known.any():
         return Estimate(math.nan, math.nan, math.nan)
-    # From their means on: of numbers as large as LSL's stamps, little would be left of a slope.
-    rate = slope(when_s - when_s[known].mean(), samples - samples[known].mean())
+    groups = np.zeros(known.sum(), int) if segment is None else np.unique(segment[known], return_inverse=True)[1]
+    # From their means on, in each stretch: a slope common to all. And of numbers as large as LSL's stamps, little would
+    # be left of a slope.
+    about = [one - (np.bincount(groups, one) / np.bincount(groups))[groups] for one in (when_s[known], samples[known])]
+    rate = slope(*about, groups=int(groups.max()) + 1)
     return Estimate(*(1e6 * (one / sfreq - 1) for one in (rate.value, rate.low, rate.high)))
 
 

@@ -105,10 +105,12 @@ def _told(streams: Sequence[Mapping[str, Any]]) -> dict[str, tuple[int, int]]:
     """Return the gaps that the recorder has marked: in how many places, and how many samples, of each stream."""
     told: dict[str, tuple[int, int]] = {}
     for text in (str(row[0]) for one in streams if _is_own(one) for row in one["time_series"]):
-        if mark := re.match(r"gap/stream=(.*)/samples=(\d+)/", text):
-            places, samples = told.get(mark[1], (0, 0))
-            told[mark[1]] = places + 1, samples + int(mark[2])
-    return told
+        if mark := re.match(r"(gap|late)/stream=(.*)/samples=(\d+)/", text):
+            places, samples = told.get(mark[2], (0, 0))
+            # What came late was told to be missing before.
+            gap = mark[1] == "gap"
+            told[mark[2]] = places + gap, samples + (int(mark[3]) if gap else -int(mark[3]))
+    return {key: (places, samples) for key, (places, samples) in told.items() if samples}
 
 
 def _checked(
@@ -189,7 +191,8 @@ def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:
         gaps = [stamps[start] - stamps[start - 1] for start, _ in parts[1:]]
         return len(gaps), sum(max(0, round(gap * watch.sfreq) - 1) for gap in gaps)
     events = watch.feed(stamps, 0.0)
-    return sum(one.kind in ("gap", "clock") for one in events), watch.missing
+    set_anew, gaps = (sum(one.kind == kind for one in events) for kind in ("clock", "gap"))
+    return set_anew + (gaps if watch.missing else 0), watch.missing
 
 
 def _drift(stream: Mapping[str, Any]) -> float | None:

@@ -122,6 +122,21 @@ def test_the_names_of_machines_stay_where_that_is_configured(house):
     assert house.read()["amp"]["info"]["hostname"] == ["lab"]
 
 
+def test_a_chunk_that_comes_late_is_told_so_and_all_is_whole(house):
+    house.begin()
+    house.go_on(1)
+    inlet = house.eeg.inlets[-1]
+    house.network.wait(0.05)
+    held, inlet.waiting = inlet.waiting, []
+    house.go_on(0.2)
+    inlet.waiting[:0] = held
+    house.go_on(1)
+    house.session.close()
+    assert house.told == [("eeg", "gap"), ("eeg", "late")]
+    assert all(one.whole for one in selfcheck.check(house.folder))
+    assert journal.read(house.folder)["parts"][0]["streams"]["eeg"]["missing"] == 0
+
+
 def test_lost_samples_are_told_marked_and_counted(house):
     house.begin()
     house.go_on(2)
