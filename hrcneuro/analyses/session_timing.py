@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.answers.words import number
-from hrcneuro.eeg.latency import Estimate, Latency, drift_ppm, latency, slope
+from hrcneuro.eeg.latency import Estimate, Latency, drift_ppm, latency, nearest, slope
 from hrcneuro.paradigm.markers import move_in
 
 LINKS = {
@@ -23,6 +23,7 @@ LINKS = {
 """Column of the table of moves -> what it is, in the order of the chain."""
 EDGE = "marker_edge_ms"
 _SAME_STAMP_S = 1e-3
+_NAMED = 3
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,19 @@ def _amp_delay(links: list[Link], sfreq: float) -> Estimate:
     return Estimate(found.value - step / 2, found.low - step, found.high)
 
 
+def is_of(driven: pd.DataFrame, moves: pd.DataFrame) -> bool:
+    """Return whether a robot's record is of a session: a move of it was marked with the very stamp that was recorded.
+
+    Args:
+        driven: Rows of moves.parquet.
+        moves: As :class:`hrcneuro.sources.chain.Chain` has them.
+    """
+    if "lsl_s" not in driven:
+        return False
+    stamps = np.sort(driven["lsl_s"].dropna().to_numpy(float))
+    return bool((nearest(moves["sent_s"].to_numpy(float), stamps, window=_SAME_STAMP_S) >= 0).any())
+
+
 def _with_robot(moves: pd.DataFrame, driven: pd.DataFrame | None) -> pd.DataFrame:
     """Return the moves with what the robot's own record says of each: duration, and its two links."""
     wanted = {"t_f_s": "t_f_s", "command_motion_ms": "trigger_latency_ms", "motion_sent_ms": "marker_latency_ms"}
@@ -139,6 +153,15 @@ def verdict(timing: SessionTiming) -> str:
         sign = "did not depend" if grows.low <= 0 <= grows.high else "depended"
         text += f"; the delay {sign} on the duration of the motion ({number(grows.value, 2)} ms/s)"
     return f"{text}."
+
+
+def without_edge_in_words(timing: SessionTiming) -> list[str]:
+    """Return a sentence on the markers beside which the trigger channel shows nothing; none where it shows all."""
+    if not timing.without_edge:
+        return []
+    lost = timing.moves[timing.moves["edge_s"].isna()]
+    named = ", ".join(lost["marker"].iloc[:_NAMED]) + (", …" if len(lost) > _NAMED else "")
+    return [f"{timing.without_edge} of {len(timing.moves)} markers have no trigger edge beside them: {named}"]
 
 
 def rows_in_words(timing: SessionTiming) -> list[tuple[str, ...]]:

@@ -58,8 +58,8 @@ def segments(stamps: np.ndarray, rate: float, known: Sequence[int] = ()) -> list
     """Return (first sample, one past the last) of the stretches between which samples are missing.
 
     A sample that is only late is followed by others that are not; after a gap all come later. So a jump counts where
-    the earliest arrival after it, against a steady clock, lies behind the earliest one before it. How short a gap can be
-    told hangs on how the stamps waver: of a steady clock that keeps its rate, one sample.
+    the earliest arrival after it, against a steady clock, lies behind the earliest one before it. How short a gap can
+    be told hangs on how the stamps waver: of a steady clock that keeps its rate, one sample.
 
     Args:
         stamps: ndarray, shape (n_samples,), s.

@@ -87,9 +87,9 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
         starts = [start for start, _ in segments(stamps, sfreq or 1 / float(np.median(np.diff(stamps))), gaps)]
         texts, when, sent = _moves(marker_streams(streams)[0], path)
         edges = _edges(eeg, _trigger(eeg, options.markers, path), starts)
-        found = {"marker": texts, "part": number, "marker_s": when, "sent_s": sent}
+        found: dict[str, Any] = {"marker": texts, "part": number, "marker_s": when, "sent_s": sent}
         found |= _beside(when, edges, stamps, window_s, delay_s, "edge")
-        found["segment"] = np.searchsorted(starts, np.nan_to_num(found["edge_sample"], nan=-1.0), side="right")
+        found["segment"] = np.searchsorted(starts, found["edge_sample"], side="right")
         if end:
             found |= _beside(when, _edges(eeg, _row(eeg, end, path), starts), stamps, window_s, delay_s, "end")
         tables.append(pd.DataFrame(found))

@@ -213,6 +213,13 @@ def test_eeg_that_comes_back_of_another_kind_is_refused():
         lab.run()
 
 
+def test_an_edge_as_late_as_the_amplifiers_delay_and_the_window_together_is_waited_for():
+    lab = Lab(moves(episodes=1), options=OnlineOptions(mode="closed", amp_delay_ms=100.0, snap_s=0.1))
+    lab.late = 45  # 180 ms
+    lab.run()
+    assert {line["zero_from"] for line in lab.trials} == {"trigger"}
+
+
 def test_no_sample_of_a_run_in_other_units_is_decided_on():
     """LSL goes on with whatever has the same source id."""
     lab = Lab(moves(episodes=2))

@@ -771,6 +771,24 @@ def test_only_declared_streams_where_that_is_configured(house):
     assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers"]
 
 
+@pytest.mark.parametrize("until", [0.0, 30.0, 200.0])
+def test_clocks_that_were_not_compared_are_not_whole(house, until):
+    for one in (house.eeg, house.markers):
+        one.compared_until = house.network.now + until
+    house.begin()
+    house.markers.push([house.network.now], [["move/trial=1"]])
+    house.go_on(100)
+    house.session.close()
+    eeg, markers = (checked(house)[name] for name in ("eeg", "markers"))
+    assert eeg.whole == (until > 100)
+    assert markers.whole == (until > 0)
+    if not until:
+        assert "never compared" in eeg.flaws[0]
+        assert "never compared" in markers.flaws[0]
+    elif not eeg.whole:
+        assert eeg.flaws == ["its clock was not compared with the recorder's for 75 s"]
+
+
 def test_drift_of_the_senders_clock_is_read_back(house):
     house.begin()
     for _ in range(30):

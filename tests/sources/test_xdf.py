@@ -9,6 +9,7 @@ import pytest
 
 from hrcneuro.eeg.stamps import samples_at, segments, steady
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources import joining
 from hrcneuro.sources.channels import shape
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.units import voltage_unit
@@ -98,7 +99,7 @@ def test_a_clock_that_was_set_back_is_not_put_in_order(tmp_path, write_xdf, eeg)
 
 @pytest.mark.parametrize("off_ms", [-60, -7, 3, 40])
 def test_a_gap_that_the_recorder_marked_is_found_where_measured_clocks_waver(tmp_path, write_xdf, eeg, off_ms):
-    """The mark is as far off as the clocks' last difference; the stamps waver too much to tell the gap by themselves."""
+    """The mark is as far off as the clocks' last difference; the stamps waver too much to tell a gap alone."""
     stream = eeg(3000, srate=500.0)
     rng = np.random.default_rng(3)
     stream["stamps"][1000:] += 4 / 500
@@ -115,6 +116,20 @@ def test_a_gap_that_the_recorder_marked_is_found_where_measured_clocks_waver(tmp
     assert read_recording(write_xdf(tmp_path / "n.xdf", [stream, markers([51.0], ["a"])])).breaks_s == []
     other = {**mark, "samples": ["gap/stream=gaze/samples=55/seconds=0.1"]}
     assert read_recording(write_xdf(tmp_path / "o.xdf", [stream, markers([51.0], ["a"]), other])).breaks_s == []
+
+
+def test_what_is_told_of_a_part_is_told_of_the_whole(tmp_path, write_xdf, eeg):
+    parts = [write_xdf(tmp_path / f"{n}.xdf", [eeg(clocks=n == 1), markers([55.0], ["a"])]) for n in (1, 2)]
+    (told,) = joining.read_joined(parts).warnings
+    assert told.startswith("2.xdf: the clock of stream 'amp' was never compared")
+
+
+def test_a_clock_that_was_never_compared_is_told(tmp_path, write_xdf, eeg):
+    marks = markers([55.0], ["a"])
+    assert read_recording(write_xdf(tmp_path / "r.xdf", [eeg(), marks])).warnings == []
+    alone = [one | {"clocks": False} for one in (eeg(), marks)]
+    told = read_recording(write_xdf(tmp_path / "r.xdf", alone)).warnings
+    assert [text.split("'")[1] for text in told if "never compared" in text] == ["amp", "tags"]
 
 
 def test_the_rate_is_measured_within_segments():
@@ -174,7 +189,10 @@ def test_streams_of_one_name_are_told_apart(tmp_path, write_xdf, eeg):
     with pytest.raises(ConfigError, match=r"2 streams that acquire\.stream = 'amp' fits"):
         read_recording(path, stream="amp")
     for stream in ("amp#2", "amp-18"):
-        assert read_recording(path, stream=stream).data.shape == (2, 800)
+        recording = read_recording(path, stream=stream)
+        assert recording.data.shape == (2, 800)
+        assert [text.split("'")[1] for text in recording.warnings if "left aside" in text] == ["amp#1"]
+        assert "1000 samples" in recording.warnings[0]
 
 
 def test_a_file_that_lost_samples_is_refused_and_one_without_an_end_noted(tmp_path, write_xdf, eeg):

@@ -13,6 +13,7 @@ from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
 from hrcneuro.sources.formats.xdf_streams import (
+    LEFT_ASIDE,
     NoSamples,
     choose_eeg,
     in_order,
@@ -46,7 +47,8 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     """
     streams, notes = load(path)
     eeg, said = choose_eeg(streams, stream, path.name)
-    notes += said + _missing(eeg, path)
+    aside = [text for text in said if text.startswith(LEFT_ASIDE)]
+    notes += [text for text in said if text not in aside] + _missing(eeg, path)
     if (ordered := in_order(eeg)) is not eeg:
         notes.append(f"stream {info(eeg, 'name')!r}: chunks that came behind younger ones are put in their places")
     streams = [one for one in streams if one is not eeg]
@@ -71,6 +73,13 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     marks, left = marker_streams(streams)
     _place(recording, marks, times, parts, notes)
     notes.append("marker streams: " + (", ".join(info(s, "name") for s in marks) or "none"))
+    recording.warnings += aside
+    recording.warnings += [
+        f"the clock of stream {info(one, 'name')!r} was never compared with the recorder's: its stamps are taken as "
+        "they came, and what has another clock may lie anywhere"
+        for one in [eeg, *marks]
+        if len(one["time_stamps"]) and not len(one.get("clock_times", ()))
+    ]
     if left:
         notes.append(f"streams of other kinds, not read: {', '.join(info(s, 'name') for s in left)}")
     recording.notes = notes

@@ -21,6 +21,10 @@ _NEAR_S = 0.1  # measured differences of clocks do not waver by so much
 Stream = dict[str, Any]
 
 
+LEFT_ASIDE = "left aside:"
+"""Begins what is said of EEG in a file that is not read."""
+
+
 class NoSamples(DataError):
     """A file holds no sample of the EEG: its recorder was ended in its first instant, or nothing was sent."""
 
@@ -109,7 +113,8 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
     """
     signals = [s for s in streams if not is_text(s)]
     if wanted:
-        return _wanted(signals, wanted, file), []
+        chosen = _wanted(signals, wanted, file)
+        return chosen, _left_aside(chosen, signals)
     typed = [s for s in signals if info(s, "type").lower() in _EEG_TYPES]
     full = [s for s in typed if len(s["time_stamps"]) > 1]
     if typed and not full:
@@ -131,6 +136,17 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
             cure=f"name one: acquire.stream = {_handle(full[0], signals)!r}",
         )
     return full[0], notes
+
+
+def _left_aside(chosen: Stream, signals: list[Stream]) -> list[str]:
+    """Return what is to be said of other EEG with samples in the file: it is not read."""
+    others = [
+        s for s in signals if s is not chosen and info(s, "type").lower() in _EEG_TYPES and len(s["time_stamps"]) > 1
+    ]
+    return [
+        f"{LEFT_ASIDE} stream {_handle(s, signals)!r} ({_about(s)}): acquire.stream chose {_handle(chosen, signals)!r}"
+        for s in others
+    ]
 
 
 def _wanted(signals: list[Stream], wanted: str, file: str) -> Stream:
