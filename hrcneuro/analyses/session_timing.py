@@ -91,7 +91,7 @@ def session_timing(chain: pd.DataFrame, sfreq: float, driven: pd.DataFrame | Non
             links.append(Link(name, latency(values), slope(t_f, values)))
     # Each part, and what lies between two gaps, has samples of its own: over all, what is missing would be a drift.
     stretch = moves.groupby(["part", "segment"]).ngroup().to_numpy(int)
-    drift = drift_ppm(moves["edge_sample"].to_numpy(float), moves["marker_s"].to_numpy(float), sfreq, stretch)
+    drift = drift_ppm(moves["edge_sample"].to_numpy(float), moves["sent_s"].to_numpy(float), sfreq, stretch)
     return SessionTiming(links, drift, moves, int(moves["edge_s"].isna().sum()), _amp_delay(links, sfreq))
 
 
@@ -142,7 +142,7 @@ def verdict(timing: SessionTiming) -> str:
     text = (
         f"Trigger edges in the EEG followed the markers of motion onset by {number(delay.value, 2)} ms (median of "
         f"{of.n:,}; 95 % CI {number(delay.low, 2)} to {number(delay.high, 2)} ms), with a jitter of SD "
-        f"{number(of.sd, 2)} ms (99 % within {number(of.p99, 2)} ms of the median, worst {number(of.worst, 2)} ms): an "
+        f"{number(of.sd, 2)} ms{_interval(of.jitter)} (99 % within {number(of.p99, 2)} ms of the median, worst {number(of.worst, 2)} ms): an "
         f"amplifier delay of {number(timing.amp_delay.value, 2)} ms ({number(timing.amp_delay.low, 2)} to "
         f"{number(timing.amp_delay.high, 2)} ms, sampling included)"
     )
@@ -153,6 +153,10 @@ def verdict(timing: SessionTiming) -> str:
         sign = "did not depend" if grows.low <= 0 <= grows.high else "depended"
         text += f"; the delay {sign} on the duration of the motion ({number(grows.value, 2)} ms/s)"
     return f"{text}."
+
+
+def _interval(of: Estimate) -> str:
+    return f", {number(of.low, 2)} to {number(of.high, 2)} ms" if of.low == of.low else ""
 
 
 def without_edge_in_words(timing: SessionTiming) -> list[str]:

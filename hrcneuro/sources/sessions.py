@@ -197,8 +197,9 @@ def _common_delay(marker_s: np.ndarray, edges_s: np.ndarray, *, window_s: float,
 def _tell(recording: Recording, onsets: Onsets, options: Source) -> None:
     both = np.isfinite(onsets.trigger_s)
     known = int(np.isfinite(onsets.marker_s).sum())
-    if not len(recording.picks("stim")):
-        recording.notes.append(f"no trigger channel: onsets are the markers' and {options.amp_delay_ms:g} ms")
+    if not len(recording.picks("stim")) or options.markers == "annotations":
+        why = "no trigger channel is there" if not len(recording.picks("stim")) else "no trigger channel is asked for"
+        recording.notes.append(f"{why}: onsets are the markers' and {options.amp_delay_ms:g} ms")
         return
     if not both.any():
         recording.warnings.append(f"no edge of the trigger channel lies within {options.snap_s:g} s of a marker")
