@@ -1,4 +1,4 @@
-"""Clocks that differ and drift, over real LSL and in files: each move comes back on its sample, each delay as planted."""
+"""Clocks that differ and drift, over real LSL and in files: each move on its sample, delays as planted."""
 
 from __future__ import annotations
 
@@ -127,8 +127,8 @@ def timing(lab: Lab) -> Iterator[Row]:
         ("drift", 50.0, about["drift_ppm"]),
     ):
         unit = "ppm" if name == "drift" else "ms"
-        text = f"{name}: {of['value']:.2f} {unit} ({of['low']:.2f} to {of['high']:.2f}), {true:g} planted, {edge['n']} moves"
-        yield text, of["low"] <= true <= of["high"], ""
+        text = f"{name}: {of['value']:.2f} {unit} ({of['low']:.2f} to {of['high']:.2f}), {true:g} planted"
+        yield f"{text}, {edge['n']} moves", of["low"] <= true <= of["high"], ""
     yield "its picture and page are there", len(list(lab.folder.glob("timing/s01/*/timing.*"))) >= 3, ""
 
 

@@ -26,6 +26,7 @@ import psutil
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 from live_clocks import clocks, other_units, timing
 from live_foreign import labrecorder, libxdf
+from live_hosts import pulled_cable
 from live_lab import Lab, Row, foreign
 
 EEG_ONLY = ["--set", 'record.streams={eeg={type="EEG",sfreq=1000}}']
@@ -206,8 +207,8 @@ def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
 RUNS: dict[str, Callable[[Lab], Iterator[Row]]] = {
     one.__name__: one
     for one in (
-        replay, clocks, timing, amplifier_dies, other_units, experiment, full_disk, foreign, labrecorder, libxdf, kills,
-        load,
+        replay, clocks, timing, amplifier_dies, other_units, pulled_cable, experiment, full_disk, foreign, labrecorder,
+        libxdf, kills, load,
     )
 }  # fmt: skip
 
