@@ -143,8 +143,8 @@ def verdict(timing: SessionTiming) -> str:
         f"Trigger edges in the EEG followed the markers of motion onset by {number(delay.value, 2)} ms (median of "
         f"{of.n:,}; 95 % CI {number(delay.low, 2)} to {number(delay.high, 2)} ms), with a jitter of SD "
         f"{number(of.sd, 2)} ms{_interval(of.jitter)} (99 % within {number(of.p99, 2)} ms of the median, worst "
-        f"{number(of.worst, 2)} ms): an amplifier delay of {number(timing.amp_delay.value, 2)} ms ({number(timing.amp_delay.low, 2)} to "
-        f"{number(timing.amp_delay.high, 2)} ms, sampling included)"
+        f"{number(of.worst, 2)} ms): an amplifier delay of {number(timing.amp_delay.value, 2)} ms "
+        f"({number(timing.amp_delay.low, 2)} to {number(timing.amp_delay.high, 2)} ms, sampling included)"
     )
     if timing.drift.value == timing.drift.value:
         text += f"; the amplifier's clock ran {number(timing.drift.value, 2)} ± {number(timing.drift.half, 2)} ppm fast"
