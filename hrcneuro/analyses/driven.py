@@ -27,7 +27,7 @@ from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove, expected_ends
 from hrcneuro.robot.record import COLUMNS
-from hrcneuro.robot.session import Executed
+from hrcneuro.robot.session import ExecutedMove
 from hrcneuro.robot.workspace import Workspace
 from hrcneuro.tables import robot as tables
 
@@ -56,7 +56,7 @@ class Driven:
     words: Words
     may_be_patient: bool = False  # the controller is the session's own, and late packets end the session
     stamps: dict[int, float] = field(default_factory=dict)  # of the markers on LSL's clock, by move
-    executed: list[Executed] = field(default_factory=list)
+    executed: list[ExecutedMove] = field(default_factory=list)
     loop: Loop | None = None
     recording: SessionRecording | None = None
     machine: Machine | None = None  # where the session runs in real time
@@ -106,7 +106,7 @@ class Driven:
             self.recording.follow(COLUMNS, loop.record.rows)
             self.words.say(self._plan)
 
-    def take(self, executed: Executed) -> None:
+    def take(self, executed: ExecutedMove) -> None:
         """Take in a move that was executed, and say now and then how long the session goes on."""
         self.executed.append(executed)
         if left := self._left.get(executed.index):

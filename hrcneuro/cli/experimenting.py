@@ -15,12 +15,15 @@ from hrcneuro.cli.experiment_desk import Desk
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError
+from hrcneuro.experiment import session
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
 from hrcneuro.paradigm.session import protocol
 from hrcneuro.pipeline.graph import check_subject
 
-_STOPPED, _EARLY = 4, 1
+_STOPPED, _EARLY, _WANTED = 4, 1, 130
+"""Exit codes of a session that is not whole: stopped by the hardware, by other trouble, ended by a person."""
 _RECORDED = {
     "yes": "yes, as far as was seen from here",
     "no": "no: 'hrcneuro record' of this subject did not run on this machine",
@@ -43,13 +46,17 @@ def run(options: Options, subjects: Sequence[str], given: Mapping[str, Sequence[
             f"{len(subjects)} subjects, {', '.join(subjects)}, in real time; allowed: one at a time",
             cure="name one, or run all with --human simulated --pace virtual",
         )
-    code, sessions = 0, []
+    code, sessions, ahead = 0, [], None
     for subject in dict.fromkeys(subjects):
         setup = setup_of(study, subject, options.workdir)
         if options.dry_run:
             sessions.append(would(setup, resume))
             continue
-        seen = _real(options, study, setup, resume) if real else _virtual(setup, resume)
+        if real:
+            seen = _real(options, study, setup, resume)
+        else:
+            ahead = ahead or session.looked_ahead(setup)
+            seen = _virtual(setup, resume, ahead)
         sessions.append(told(setup, seen))
         code = max(code, _code(seen))
         if not options.json:
@@ -87,10 +94,10 @@ def _real(options: Options, study: Settings, setup: Setup, resume: bool) -> Seen
         return RealTime(setup, desk, streams=declared).run(resume=resume)
 
 
-def _virtual(setup: Setup, resume: bool) -> Seen:
+def _virtual(setup: Setup, resume: bool, ahead: Ahead) -> Seen:
     from hrcneuro.experiment.virtual import Virtual
 
-    return Virtual(setup).run(resume=resume)
+    return Virtual(setup, ahead=ahead).run(resume=resume)
 
 
 def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
@@ -99,11 +106,7 @@ def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
     Raises:
         ConfigError, HardwareError: It cannot be begun.
     """
-    from hrcneuro.experiment import session
-    from hrcneuro.experiment.ahead import Ahead
-
-    session.check(setup)
-    Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+    session.looked_ahead(setup)
     return {
         "subject": setup.subject,
         "blocks": len(list(protocol(setup.session))),
@@ -118,7 +121,10 @@ def _code(seen: Seen) -> int:
         return 0
     if seen.interrupted:
         return interrupts.told()[0]
-    return _STOPPED if seen.hardware else _EARLY
+    if seen.hardware:
+        return _STOPPED
+    # Whether the end was asked for by a key, at the window or by Ctrl-C, is all the same.
+    return _WANTED if seen.wanted else _EARLY
 
 
 def told(setup: Setup, seen: Seen) -> dict[str, Any]:
@@ -135,6 +141,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "stops": seen.stops,
         "late_packets": seen.health.late_packets if seen.health else 0,
         "recorded": seen.recorded,
+        "ended": seen.ended,
         "trouble": seen.trouble,
     }
 
@@ -153,5 +160,7 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
         lines.append(f"  recorded: {_RECORDED[seen.recorded]}")
     lines.append(f"  log in {place}")
     if not seen.whole:
-        lines.append(f"  ended early: 'hrcneuro experiment {setup.subject} --resume' goes on at the next block")
+        why = f" ({seen.ended}): the arm rests, the log is closed" if seen.wanted else f": {seen.ended or seen.trouble}"
+        lines.append(f"  ended early{why}")
+        lines.append(f"  'hrcneuro experiment {setup.subject} --resume' goes on at the next block")
     return lines

@@ -12,8 +12,6 @@ import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -32,7 +30,6 @@ from hrcneuro.live.preflight import Look
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
 _QUICK_S = 0.001
 _GIVE_BACK_S = 60.0
-_LIBRARIES = ("hrcneuro", "mne-lsl", "pyxdf", "numpy")
 
 
 @dataclass
@@ -171,10 +168,9 @@ def _begin(
         notes = journal.Journal(folder, {"subject": subject})
         number = 1 + max((number_of(path) for path in folder.glob("part*.xdf")), default=0)
         path = path_of(folder, number)
-        now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        part = Part(path, started=now)
-        versions = {name: version(name) for name in _LIBRARIES}
-        notes.begin({"file": path.name, "began": now, "clock_s": clock(), "versions": versions})
+        beginning = journal.beginning(path, clock_s=clock())
+        part = Part(path, started=beginning["began"])
+        notes.begin(beginning)
     except OSError as error:
         raise unwritable("the recording", parent, error) from error
     return folder, part, notes

@@ -13,6 +13,8 @@ from hrcneuro.cli import bring, experimenting, recording, results, timing_of
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, HardwareError, StageInterrupted, did_you_mean
+from hrcneuro.experiment import session
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.live.part import newest
@@ -39,7 +41,7 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     given = _given(pace, screen=screen, patient=patient)
     study = bring.settings(options, others=given)
     graph.check_subject(study, subject)
-    experimenting.would(experimenting.setup_of(study, subject, options.workdir))
+    ahead = session.looked_ahead(experimenting.setup_of(study, subject, options.workdir))
     if options.dry_run:
         print(f"{subject}: a session at {pace} pace in {_parent(options, subject)}, then {', '.join(_STAGES)}")
         return 0
@@ -53,11 +55,11 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     talk = bring.console(options)
     talk.say(f"rehearsing {subject} at {pace} pace in {folder}")
     if pace == "virtual":
-        seen = _virtual(study, subject, folder)
+        seen = _virtual(study, subject, folder, ahead)
     else:
         from hrcneuro.cli.rehearsing_real import real
 
-        seen = real(options, study, subject, folder, given)
+        seen = real(options, study, subject, folder, given, ahead)
     if not seen.whole:
         raise _broken_off(seen, folder)
     return _told(options, subject, folder, seen, patient=patient and pace == "real")
@@ -99,13 +101,13 @@ def _given(pace: str, *, screen: bool, patient: bool) -> dict[str, Sequence[str]
     return {"--pace": base}
 
 
-def _virtual(study: Settings, subject: str, folder: Path) -> Seen:
+def _virtual(study: Settings, subject: str, folder: Path, ahead: Ahead) -> Seen:
     from hrcneuro.cli.amplifying import brain_of, kinds
     from hrcneuro.experiment.rehearsal import Lab, Rehearsal
 
     setup = experimenting.setup_of(study, subject, folder)
     lab = Lab(brain_of(study, subject), kinds(), study.live["record"], SYNTHETIC, new_folder(setup.folder / subject))
-    return Rehearsal(setup, lab).run()
+    return Rehearsal(setup, lab, ahead=ahead).run()
 
 
 def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: bool) -> int:
@@ -135,8 +137,8 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: 
     if options.json:
         print(json.dumps(about, indent=1, default=str))
     else:
-        session = [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_kept_to(rules, counts)]
-        talk.results([*session, *_answers(items), f"in {page}"])
+        lines = [*experimenting.lines(setup, seen), *kept, timing.about["verdict"], *_kept_to(rules, counts)]
+        talk.results([*lines, *_answers(items), f"in {page}"])
     return code or int(bool(trouble or broken))
 
 

@@ -16,6 +16,7 @@ from hrcneuro.cli.experiment_desk import Desk
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 
 _ENDS_S = 60.0
@@ -30,8 +31,15 @@ level = -2
 """A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
 
 
-def real(options: Options, study: Settings, subject: str, folder: Path, given: Mapping[str, Sequence[str]]) -> Seen:
-    """Run one block beside ``amp`` and ``record``; return what was seen of it.
+def real(
+    options: Options,
+    study: Settings,
+    subject: str,
+    folder: Path,
+    given: Mapping[str, Sequence[str]],
+    ahead: Ahead,
+) -> Seen:
+    """Run one block beside ``amp`` and ``record``, with an arm for which was looked ahead; return what was seen of it.
 
     Raises:
         HrcError: The session cannot be begun.
@@ -52,7 +60,7 @@ def real(options: Options, study: Settings, subject: str, folder: Path, given: M
         Desk(bring.console(options), setup.session.blocks) as desk,
     ):
         try:
-            return RealTime(setup, desk, streams=["eeg"]).run()
+            return RealTime(setup, desk, streams=["eeg"], ahead=ahead).run()
         finally:
             for name, process in (("amp", amp), ("record", recorder)):
                 if process.poll() is not None:

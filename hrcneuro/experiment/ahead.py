@@ -7,7 +7,7 @@ from typing import Any
 from hrcneuro.arms.cures import with_cure
 from hrcneuro.errors import ConfigError
 from hrcneuro.experiment.messages import Approach, Go, Request
-from hrcneuro.paradigm.grid import CENTRE
+from hrcneuro.paradigm.grid import CENTRE, Tile
 from hrcneuro.robot.assembly import rehearsing
 from hrcneuro.robot.lookahead import LookAhead
 from hrcneuro.robot.plan import TooQuick
@@ -43,10 +43,11 @@ class Ahead:
         except _REFUSED as error:
             raise with_cure(error) from error
         self._tile = CENTRE
+        self._before: tuple[Tile, float] | None = None  # a move from which the next one may take over
 
     def restart(self) -> None:
         """Begin over the grid's centre, as an arm does that has come home; what has passed is remembered."""
-        self._tile = CENTRE
+        self._tile, self._before = CENTRE, None
 
     def check(self, request: Request) -> None:
         """Take in the next request.
@@ -57,14 +58,15 @@ class Ahead:
         try:
             if isinstance(request, Approach):
                 self._look.approach(self._tile, request.tile)
-                self._tile = request.tile
+                self._tile, self._before = request.tile, None
             elif isinstance(request, Go):
                 if request.start != self._tile:
                     raise ValueError(
                         f"move {request.index} begins over tile {request.start}; the arm will be over {self._tile}"
                     )
-                self._look.move(request.start, request.end, request.t_f)
-                self._tile = request.end
+                self._look.move(request.start, request.end, request.t_f, after=self._before)
+                moved = request.start != request.end
+                self._tile, self._before = request.end, (request.start, request.t_f) if moved else None
         except _REFUSED as error:
             raise with_cure(error) from error
         except ValueError as error:

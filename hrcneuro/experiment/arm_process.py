@@ -23,6 +23,7 @@ from hrcneuro.experiment import arm_side
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_side import ArmSettings
 from hrcneuro.experiment.messages import Ended, Finish, Halted, Health, Ready, Report, Request, Said
+from hrcneuro.experiment.stderr_lines import Lines, pass_on
 
 _WAITING = 200  # reports that nobody has taken; beyond it, what tells of the arm's health is left out
 _LAST_S = 2.0  # for the last reports to be taken
@@ -61,7 +62,10 @@ class ArmProcess:
         context = multiprocessing.get_context("spawn")
         requests, self._requests = context.Pipe(duplex=False)
         self.connection, reports = context.Pipe(duplex=False)
-        self._process = context.Process(target=_main, args=(settings, requests, reports), name="arm", daemon=True)
+        self._lines, lines = Lines.pipe(context)
+        self._process = context.Process(
+            target=_main, args=(settings, requests, reports, lines), name="arm", daemon=True
+        )
         # The tracker of the library, which is started with the first process, changes what is blocked.
         resource_tracker.ensure_running()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, _NOT_OURS)
@@ -72,6 +76,7 @@ class ArmProcess:
             # The other process's ends: as long as they are open here, too, no end is seen.
             requests.close()
             reports.close()
+            lines.close()
 
     def __enter__(self) -> ArmProcess:
         return self
@@ -120,6 +125,7 @@ class ArmProcess:
                 self._over = isinstance(report, Ended | Halted)
         except (EOFError, OSError):
             found.append(self._lost("has ended without a word"))
+        self._take_lines()
         if not self._over and self._is_silent():
             self.kill()
             found.append(self._lost(f"has said nothing for {self._patience:g} s and was ended"))
@@ -155,7 +161,13 @@ class ArmProcess:
         if self._process.is_alive():
             self.kill()
         self._take_words()
+        self._take_lines()
         self.connection.close()
+        self._lines.close()
+
+    def _take_lines(self) -> None:
+        for line in self._lines.take():
+            self._say(f"arm: {line}\n")
 
     def _take_words(self) -> None:
         """Say what is left to be said; what else was reported comes too late."""
@@ -165,7 +177,8 @@ class ArmProcess:
                     self._say(report.text)
 
 
-def _main(settings: ArmSettings, requests: Connection, reports: Connection) -> None:
+def _main(settings: ArmSettings, requests: Connection, reports: Connection, lines: Connection) -> None:
+    pass_on(lines)
     for number in _NOT_OURS:
         signal.signal(number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _NOT_OURS)

@@ -248,7 +248,7 @@ class _Side:
     # --- what happens
 
     def _tell(self, event: session.Event) -> None:
-        if isinstance(event, session.Executed):
+        if isinstance(event, session.ExecutedMove):
             self._driven.take(event)
             self._send(messages.Executed(self._asked[event.index].index, self._absolute(event.track.end)))
             return

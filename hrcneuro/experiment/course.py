@@ -159,7 +159,9 @@ class Course(ABC):
     def _onset(self, report: m.Onset) -> None:
         turn = self._turns.onset(report)
         # Where the grid's edge stops the move, nothing begins that a marker could tell of.
-        self.seen.markers += self._pacing.marks and turn.go.start != turn.go.end
+        if turn.go.start != turn.go.end:
+            self.seen.markers += self._pacing.marks
+            self._log.onset(turn)
         if turn.move.error:
             self._mark(markers.of_error(**self._turns.where, trial=turn.move.trial), report.when)
         self._tool = m.Motion(turn.go.start, turn.go.end, report.when, turn.go.t_f)

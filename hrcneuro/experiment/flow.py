@@ -122,11 +122,12 @@ class Flow(Course):
         """Pause, with the next :meth:`tick`, for something that a person must mend; what is being done is not cut."""
         self._wrong = problem, cure
 
-    def end(self, now: float, why: str) -> None:
-        """End the session as soon as the arm rests."""
+    def end(self, now: float, why: str, *, wanted: bool = True) -> None:
+        """End the session as soon as the arm rests; ``wanted``: a person asked for it."""
         if self._ending:
             return
         self._ending = True
+        self.seen.ended, self.seen.wanted = why, wanted
         self.seen.asked = "the end is asked for"
         self._log.event("ends early", now, why=why)
         if self._gone:

@@ -33,6 +33,10 @@ class FlowLog:
         """An episode begins."""
         self._try(lambda: self._log.episode(number, path, when))
 
+    def onset(self, turn: Turn) -> None:
+        """A motion has begun."""
+        self._try(lambda: self._log.onset(turn.move.trial, turn.onset))
+
     def move(self, turn: Turn, when: float) -> None:
         """A move has ended."""
         more: dict[str, Any] = {} if math.isnan(turn.marked) else {"marker_stamp": round(turn.marked, 6)}

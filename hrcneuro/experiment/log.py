@@ -14,15 +14,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from hrcneuro.arms.clock import seconds
-from hrcneuro.errors import ConfigError, DataError, StageError
-from hrcneuro.experiment import mending
+from hrcneuro.errors import StageError
 from hrcneuro.experiment.disk import Growing, Waiter, replaced, sync_path
-from hrcneuro.experiment.entries import entry_of, line_of, plain, session
-from hrcneuro.experiment.places import ANOTHER, TABLE, opened, refuse_begun
-from hrcneuro.experiment.progress import Progress, of_entries
+from hrcneuro.experiment.entries import entry_of, line_of
+from hrcneuro.experiment.places import TABLE
+from hrcneuro.experiment.progress import Progress
 from hrcneuro.experiment.rows import Episode, Row, trial_table
-from hrcneuro.io.places import check_room
 from hrcneuro.paradigm.grid import Tile
 from hrcneuro.paradigm.owners import Areas, Owners
 from hrcneuro.paradigm.partners import Move
@@ -33,11 +30,9 @@ from hrcneuro.sources.layout import log_names
 SIMULATED = "SYNTHETIC: the moves were simulated by hrcneuro; nobody pressed a key."
 """What stands in the metadata's column of the origin where a simulated human played, so that it stays known."""
 
-_ROOM = 20_000_000  # bytes: several sessions
-
 
 class Log:
-    """The log of a session as it grows; :meth:`begin` and :meth:`resume` open one.
+    """The log of a session as it grows; :mod:`hrcneuro.experiment.opening` begins one, or goes on with it.
 
     Whatever cannot be written is kept and written with the next: each method that writes raises StageError until there
     is room, and nothing is lost if the session pauses and goes on.
@@ -52,7 +47,18 @@ class Log:
         self, place: Path, subject: str, lock: int, progress: Progress, *, simulated: bool, real_time: bool,
         now: Callable[[], float], origin_s: float,
     ) -> None:  # fmt: skip
-        """Go on with files that are whole; :meth:`begin` and :meth:`resume` see to that."""
+        """Go on with files that are whole; whoever opens the log sees to that.
+
+        Args:
+            place: Their folder.
+            subject: Whose session.
+            lock: Descriptor of the folder's lock, which ends with the log.
+            progress: How far the session has come.
+            simulated: The human is simulated.
+            real_time: A thread waits for the disk. Otherwise :meth:`flush_table` does, and nobody else.
+            now: The clock of all times, seconds.
+            origin_s: When the session began, seconds of that clock.
+        """
         names = log_names(subject)
         self.place, self.progress, self.counters = place, progress, progress.counters
         self._subject, self._now, self._origin_s = subject, now, origin_s
@@ -69,81 +75,11 @@ class Log:
         self._waiter = Waiter(thread=real_time)
         self._real_time = real_time
 
-    @classmethod
-    def begin(
-        cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
-    ) -> Log:  # fmt: skip
-        """Begin the log of a session that was never begun.
-
-        Args:
-            folder: Where recordings are kept.
-            subject: Whose session.
-            options: JSON values that decide the session, its seed among them; one that goes on must have the same.
-            about: JSON values that are worth knowing, and may differ when it goes on.
-            simulated: The human is simulated.
-            real_time: A thread waits for the disk. Otherwise :meth:`flush_table` does, and nobody else.
-            now: The clock of all times, seconds.
-
-        Raises:
-            ConfigError: The subject has a session, or the folder may not be written.
-            HardwareError: Another experiment of the subject is running.
-            StageError: There is no room.
-        """
-        place = folder / subject
-        check_room(
-            place, _ROOM, what="the experiment's log", cure="free space, or choose another place: record.folder",
-            then="nothing was begun",
-        )  # fmt: skip
-        with opened(place, subject) as lock:
-            refuse_begun(place, subject)
-            asked = {**options, "simulated": simulated}
-            began = now()
-            entry = entry_of(experiments.SESSION, 0.0, datetime.now(UTC), session(1, subject, asked, about, began))
-            replaced(place / experiments.FILE, lambda part: part.write_text(line_of(entry), encoding="utf-8"))
-            progress = of_entries([entry])
-            mending.mend_pair(place, subject, progress, SIMULATED if simulated else "")
-            log = cls(place, subject, lock, progress, simulated=simulated, real_time=real_time, now=now, origin_s=began)
-        return log
-
-    @classmethod
-    def resume(
-        cls, folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-        simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
-    ) -> Log:  # fmt: skip
-        """Go on with the log of a session that was broken off; :attr:`progress` tells how far it had come.
-
-        Arguments as in :meth:`begin`. What a crash has left of a line is moved to ``experiment.torn``.
-
-        Raises:
-            DataError: There is no session, or its log is damaged.
-            ConfigError: It is complete, was begun with other options, or the folder may not be written.
-            HardwareError: Another experiment of the subject is running.
-        """
-        place = folder / subject
-        if not (place / experiments.FILE).is_file():
-            raise DataError(
-                f"there is no experiment to go on with in {place}", cure="begin one: the same command without --resume"
-            )
-        with opened(place, subject) as lock:
-            entries, notes = mending.mend_journal(place / experiments.FILE)
-            progress = of_entries(entries)
-            if progress.complete:
-                raise ConfigError(f"the session of {subject} in {place} is complete", cure=ANOTHER)
-            asked = plain({**options, "simulated": simulated})
-            progress.refuse_other(asked)
-            progress.notes = notes + mending.mend_pair(place, subject, progress, SIMULATED if simulated else "")
-            wall = datetime.now(UTC)
-            session_s = progress.passed(wall)
-            log = cls(
-                place, subject, lock, progress, simulated=simulated, real_time=real_time, now=now,
-                origin_s=now() - session_s,
-            )  # fmt: skip
-            more = session(progress.parts + 1, subject, asked, about, now()) | {"mended": progress.notes}
-            log._journal.add(line_of(entry_of(experiments.SESSION, session_s, wall, more)))
-            log._commit()
-            log.flush_table()
-        return log
+    def begin_part(self, wall: datetime, session_s: float, fields: Mapping[str, Any]) -> None:
+        """Write that the session goes on, at this time of day and of the session, and what was mended for it."""
+        self._journal.add(line_of(entry_of(experiments.SESSION, session_s, wall, fields)))
+        self._commit()
+        self.flush_table()
 
     def block(self, block: Block, owners: Owners, when: float | None = None) -> None:
         """Write that a block begins, with who owns what in it."""
@@ -167,6 +103,16 @@ class Log:
             experiments.EPISODE, when, practice=block.practice, block=block.number, episode=number, path=list(path)
         )
         self._stale = True
+        self._commit()
+
+    def onset(self, trial: int, when: float) -> None:
+        """Write that the motion of a move of the episode has begun, whatever comes of it; its trigger has gone out."""
+        block, episode = self._begun(), self._episode
+        if episode is None:
+            raise ValueError("a motion belongs to an episode: none was begun")
+        self._tell(
+            experiments.ONSET, when, practice=block.practice, block=block.number, episode=episode.episode, trial=trial
+        )
         self._commit()
 
     def move(self, move: Move, *, onset: float, t_f: float, ended: float, radius: float = math.nan, **more: Any) -> Row:

@@ -8,14 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, HardwareError
+from hrcneuro.io.places import is_locked, unwritable
 from hrcneuro.io.places import lock as locked
-from hrcneuro.io.places import unwritable
 from hrcneuro.sources import experiments
 from hrcneuro.sources.layout import log_names
 
 TABLE = "trials.parquet"
 ANOTHER = "choose another subject's name"
 _WHAT = "the experiment's log"
+_LOCK = ".experiment"
 
 
 @contextlib.contextmanager
@@ -41,14 +42,41 @@ def opened(place: Path, subject: str) -> Iterator[int]:
         raise
 
 
+@contextlib.contextmanager
+def reading(place: Path) -> Iterator[None]:
+    """Explain where something in the folder cannot be read.
+
+    Raises:
+        ConfigError, StageError: It cannot.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise unwritable(_WHAT, place, error) from error
+
+
+def refuse_running(place: Path, subject: str) -> None:
+    """Refuse a session that another process writes at this moment; nothing is locked.
+
+    Raises:
+        HardwareError: One does.
+    """
+    if is_locked(place / _LOCK):
+        raise _running(place, subject)
+
+
 def _lock(place: Path, subject: str) -> int:
     try:
-        return locked(place / ".experiment")
+        return locked(place / _LOCK)
     except BlockingIOError as error:
-        raise HardwareError(
-            f"another experiment of {subject} is running: it writes into {place}",
-            cure="end it with Esc, twice, in its window, then resume; or choose another subject's name",
-        ) from error
+        raise _running(place, subject) from error
+
+
+def _running(place: Path, subject: str) -> HardwareError:
+    return HardwareError(
+        f"another experiment of {subject} is running: it writes into {place}",
+        cure="end it with Esc, twice, in its window, then resume; or choose another subject's name",
+    )
 
 
 def refuse_begun(place: Path, subject: str) -> None:

@@ -31,6 +31,9 @@ class Log(Protocol):
     def episode(self, number: int, path: Sequence[Tile], when: float) -> None:
         """An episode begins."""
 
+    def onset(self, turn: Turn) -> None:
+        """The motion of a move has begun; the turn tells when."""
+
     def move(self, turn: Turn, when: float) -> None:
         """A move has ended; the turn tells when it began."""
 
@@ -82,7 +85,9 @@ class Seen:
     hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0
     whole: bool = False  # every block was done to its end
-    interrupted: bool = False  # a signal asked for the end
+    ended: str = ""  # why it ends early
+    wanted: bool = False  # a person asked for that end
+    interrupted: bool = False  # a signal did
 
     @property
     def ignored(self) -> dict[str, int]:

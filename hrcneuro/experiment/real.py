@@ -54,20 +54,22 @@ class Desk(Protocol):
 class RealTime:
     """One session, from the opening of its window to the last line of its log."""
 
-    def __init__(self, setup: session.Setup, desk: Desk, *, streams: Sequence[str] = ()) -> None:
+    def __init__(
+        self, setup: session.Setup, desk: Desk, *, streams: Sequence[str] = (), ahead: Ahead | None = None
+    ) -> None:
         """Prepare it.
 
         Args:
             setup: What it is run with.
             desk: The experimenter's.
             streams: Those that must not be lost while somebody records.
+            ahead: Checks each request, and has tried the whole grid; none: it is made for this session.
 
         Raises:
             ConfigError: The arm cannot work in the cell.
         """
-        session.check(setup)
         self._setup, self._desk = setup, desk
-        self._ahead = Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+        self._ahead = ahead or session.looked_ahead(setup)
         self._arm_settings = ArmSettings(setup.arm, setup.subject, expected_s=session.lasts_s(setup))
         watched = setup.options.watch_recorder and bool(streams)
         self._recorder = RecorderWatch(setup.folder / setup.subject, streams) if watched else None
@@ -88,7 +90,7 @@ class RealTime:
         with contextlib.ExitStack() as stack:
             stack.enter_context(interrupts.whole())
             stack.enter_context(_not_suspended())
-            session.refuse_begun(self._setup, resume=resume)
+            session.refuse(self._setup, resume=resume)
             about: dict[str, Any] = {}
             if self._setup.options.screen:
                 self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
@@ -136,7 +138,7 @@ class RealTime:
                 self._flow.end(now, "interrupted")
             if seen.trouble and not self._desk.attended and not ended:
                 ended = True
-                self._flow.end(now, "trouble, and nobody at the terminal")
+                self._flow.end(now, "trouble, and nobody at the terminal", wanted=False)
             self._flow.tick(now)
             self._look(now)
             self._desk.show(seen, now)
@@ -175,7 +177,7 @@ class RealTime:
                 if event.problem:
                     seen.trouble, seen.cure, seen.hardware = event.problem, event.cure, True
                 self._window = None
-                self._flow.end(now, event.problem or "the window was closed")
+                self._flow.end(now, event.problem or "the window was closed", wanted=not event.problem)
             elif isinstance(event, m.Key):
                 if not self._setup.simulated or event.name == "escape":
                     self._flow.key(event)

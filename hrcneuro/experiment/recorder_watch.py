@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.io.places import lock
+from hrcneuro.io.places import is_locked
 from hrcneuro.live import journal
 from hrcneuro.live.part import LOCK
 
@@ -33,8 +32,8 @@ class RecorderWatch:
         if not there:
             return ""
         # The one that is being written, whatever it is called: an older one may be resumed.
-        newest = next((one for one in there if _is_locked(one)), there[-1])
-        running = _is_locked(newest)
+        newest = next((one for one in there if is_locked(one)), there[-1])
+        running = is_locked(newest)
         if not (running or self.seen):
             return ""
         self.seen = True
@@ -52,14 +51,3 @@ def _lost(part: dict[str, Any], declared: Collection[str]) -> list[str]:
             # What it came back as has its name, and a number.
             state[str(event.get("stream")).partition("#")[0]] = event["kind"] in _LOST
     return [key for key in declared if state.get(key)]
-
-
-def _is_locked(path: Path) -> bool:
-    """Return whether a process records into the folder of this lock."""
-    try:
-        os.close(lock(path))
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    return False

@@ -10,13 +10,13 @@ import json
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hrcneuro.experiment import messages as m
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
 from hrcneuro.experiment.virtual import Virtual
@@ -62,12 +62,13 @@ class Rehearsal:
         late: Triggers that came too late for their sample.
     """
 
-    def __init__(self, setup: Setup, lab: Lab) -> None:
+    def __init__(self, setup: Setup, lab: Lab, *, ahead: Ahead | None = None) -> None:
         """Prepare it: the streams are there, and are recorded from now on.
 
         Args:
             setup: What the session is run with: at virtual pace, with a simulated person.
             lab: What stands around it.
+            ahead: As :class:`~hrcneuro.experiment.virtual.Virtual` takes it.
 
         Raises:
             ConfigError, HardwareError: The arm cannot work in the cell; the streams are not as declared.
@@ -92,7 +93,7 @@ class Rehearsal:
         self._record(lab.options)
         self._go: dict[int, m.Go] = {}
         options = replace(setup.options, truth=True)
-        self._session = Virtual(replace(setup, options=options), around=self._around, hear=self._hear)
+        self._session = Virtual(replace(setup, options=options), around=self._around, hear=self._hear, ahead=ahead)
         self._began = self._network.now
 
     def run(self) -> Seen:
@@ -117,8 +118,9 @@ class Rehearsal:
         preparation.refuse(opened.problems)
         notes = journal.Journal(self._folder, {"subject": self._folder.parent.name})
         path = path_of(self._folder, 1)
-        part = Part(path, started=datetime.now().astimezone().isoformat(timespec="milliseconds"))
-        notes.begin({"file": path.name})
+        beginning = journal.beginning(path, clock_s=self._network.clock())
+        part = Part(path, started=beginning["began"])
+        notes.begin(beginning)
         self._recording = Session(
             self._network, self._network.clock, opened, options, part, notes,
             tell=lambda stream, event: None, helper=ThreadPoolExecutor(1),

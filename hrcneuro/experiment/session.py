@@ -11,12 +11,13 @@ from typing import Any
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.experiment import messages as m
+from hrcneuro.experiment import opening
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.flow import Flow
 from hrcneuro.experiment.flow_log import FlowLog
 from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.parameters import ExperimentOptions
 from hrcneuro.experiment.person import SimulatedPerson
-from hrcneuro.experiment.places import refuse_begun as refuse_log
 from hrcneuro.experiment.ports import Pacing
 from hrcneuro.experiment.turns import Turns
 from hrcneuro.paradigm.params import SessionParams, TimingParams
@@ -94,14 +95,23 @@ def check(setup: Setup) -> None:
         )
 
 
-def refuse_begun(setup: Setup, *, resume: bool) -> None:
-    """Refuse a session that cannot be begun, before a window or an arm is touched for it.
+def looked_ahead(setup: Setup) -> Ahead:
+    """Return what checks each request to the arm, once it has tried the whole grid; it serves any subject's session.
 
     Raises:
-        ConfigError: The subject has one already, and ``resume`` does not go on with it.
+        ConfigError: The pace does not suit the arm, or the arm cannot work in the cell.
     """
-    if not resume:
-        refuse_log(setup.folder / setup.subject, setup.subject)
+    check(setup)
+    return Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+
+
+def refuse(setup: Setup, *, resume: bool) -> None:
+    """Refuse a session that cannot be begun, or gone on with, before a window or an arm is touched for it.
+
+    Raises:
+        ConfigError, DataError, HardwareError, StageError: As :mod:`hrcneuro.experiment.opening` says.
+    """
+    opening.refuse(setup.folder, setup.subject, options=_deciding(setup), simulated=setup.simulated, resume=resume)
 
 
 @dataclass
@@ -136,7 +146,7 @@ def opened(
         ConfigError, DataError, HardwareError, StageError: The log cannot be begun, or gone on with.
     """
     human, blocks = draw_session(setup.session, rng=generator(setup.seed, setup.subject, "moves"))
-    begin = Log.resume if resume else Log.begin
+    begin = opening.resume if resume else opening.begin
     with begin(
         setup.folder, setup.subject, options=_deciding(setup), about={**_about(setup), **(about or {})},
         simulated=setup.simulated, real_time=setup.real_time, now=now,
@@ -151,7 +161,7 @@ def opened(
         flow = Flow(left, turns, _pacing(setup), arm=arm, restart=restart, show=show, log=kept)
         kept.trouble = flow.trouble
         yield Running(flow, log)
-        log.close(complete=flow.seen.whole, why="" if flow.seen.whole else "ended early")
+        log.close(complete=flow.seen.whole, why="" if flow.seen.whole else flow.seen.ended or "ended early")
 
 
 def lasts_s(setup: Setup) -> float:

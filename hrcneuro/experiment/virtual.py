@@ -25,6 +25,7 @@ class Virtual:
         *,
         around: Around = lambda now: None,
         hear: Callable[[m.Request | m.Report], None] = lambda message: None,
+        ahead: Ahead | None = None,
     ) -> None:
         """Prepare it.
 
@@ -32,13 +33,14 @@ class Virtual:
             setup: What it is run with; the person is simulated.
             around: Called in every cycle.
             hear: Is told every request and every report: what goes out over LSL in real time.
+            ahead: Checks each request, and has tried the whole grid; none: it is made for this session.
 
         Raises:
             ConfigError: The arm cannot work in the cell.
         """
-        session.check(setup)
         self._setup, self._around, self._hear = setup, around, hear
-        self._ahead = Ahead(setup.arm, shortest_s=setup.timing.t_f_min_s)
+        self._ahead = ahead or session.looked_ahead(setup)
+        self._ahead.restart()
         self._requests: deque[m.Request] = deque()
         self._now = 0.0
         self._running: session.Running

@@ -6,12 +6,15 @@ import contextlib
 import fcntl
 import os
 import shutil
+import time
 from datetime import datetime
 from pathlib import Path
 
 from hrcneuro.errors import REFUSED, ConfigError, HrcError, StageError
 
 _ROOM = 16_000_000  # bytes that must be free beside what a recording takes
+_LOOKS_S = 0.5  # whoever looks whether a file is kept has let go of it long before
+_AGAIN_S = 0.005
 
 
 def check_room(folder: Path, size: int, *, what: str, cure: str, then: str = "nothing has moved") -> None:
@@ -75,18 +78,41 @@ def unwritable(what: str, place: Path, error: OSError) -> HrcError:
 def lock(path: Path) -> int:
     """Keep a file for this process alone; return its descriptor. The lock ends when that is closed, or this process.
 
-    Where the file system knows no locks, nobody is kept out.
+    Where the file system knows no locks, nobody is kept out. Whoever only looks (:func:`is_locked`) is waited for.
 
     Raises:
         BlockingIOError: Another process has it.
         OSError: It cannot be opened.
     """
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    until = time.monotonic() + _LOOKS_S
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() >= until:
+                os.close(file)
+                raise
+            time.sleep(_AGAIN_S)
+        except OSError:
+            return file  # a file system without locks
+        else:
+            return file
+
+
+def is_locked(path: Path) -> bool:
+    """Return whether a process keeps a file by :func:`lock`; False where that cannot be seen."""
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(file)
-        raise
+        file = os.open(path, os.O_RDONLY)
     except OSError:
-        pass  # a file system without locks
-    return file
+        return False
+    try:
+        # Shared, so that nobody who looks at the same time takes this one for a keeper; it ends with the file.
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(file)
+    return False

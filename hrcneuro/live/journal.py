@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 FILE = "session.json"
+_LIBRARIES = ("hrcneuro", "mne-lsl", "pyxdf", "numpy")
 RUNNING, ENDED, FULL, FAILED = "recording", "ended", "stopped by its disk", "stopped by a fault"
 
 
@@ -50,6 +54,17 @@ class Journal:
         part = self.path.with_name(f".{self.path.name}.{os.getpid()}")
         part.write_text(json.dumps(self.about, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
         part.replace(self.path)
+
+
+def beginning(file: Path, *, clock_s: float) -> dict[str, Any]:
+    """Return what a part says of its begin: its file, the time of day, the recorder's clock, and who recorded it."""
+    versions = {}
+    for name in _LIBRARIES:
+        # At virtual pace not all are needed.
+        with contextlib.suppress(PackageNotFoundError):
+            versions[name] = version(name)
+    now = datetime.now(UTC).isoformat(timespec="milliseconds")
+    return {"file": file.name, "began": now, "clock_s": clock_s, "versions": versions}
 
 
 def read(folder: Path) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import importlib.util
 import os
+import re
 import sys
 import threading
 import types
@@ -25,6 +26,7 @@ _LOOK_S = 1.0
 _OFFSET_EVERY_S, _OFFSET_AGAIN_S = 5.0, 0.2
 _MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
 _MOST_TEXTS = 10_000
+_WARNINGS = -1  # level of liblsl's log: warnings and errors
 _WAITS_S = 30  # so long samples wait for a recorder that is held up
 # Of a stream's own description: where it runs, which is nobody's business who is given the recording.
 _WHERE = ("hostname", "v4address", "v4data_port", "v4service_port", "v6address", "v6data_port", "v6service_port")
@@ -49,11 +51,25 @@ def library(purpose: str, *, instead: str = "") -> Any:
             cure=f"pip install 'hrcneuro[lsl]'{instead and ', or '}{instead}",
         ) from error
     places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
-    if not any(Path(place).expanduser().is_file() for place in places if place):
+    theirs = next((path for place in places if place and (path := Path(place).expanduser()).is_file()), None)
+    if theirs is None:
         # On a machine whose only network is itself, not all streams would be found. Errors of liblsl on standard error
         # are of connections that end, which is no error here.
         lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
+    elif (text := _without_level(theirs)) is not None:
+        # Left alone, liblsl also tells what is in order, in the midst of what a person must read.
+        lsl.set_config_content(f"{text}\n[log]\nlevel = {_WARNINGS}\n")
     return lsl
+
+
+def _without_level(place: Path) -> str | None:
+    """Return a laboratory's configuration of liblsl where it leaves open how much is logged; else, none."""
+    try:
+        text = place.read_text(encoding="utf-8")
+    except (OSError, UnicodeError):
+        return None
+    log = re.search(r"^\s*\[log\](.*?)(?=^\s*\[|\Z)", text, re.MULTILINE | re.DOTALL)
+    return None if log and re.search(r"^\s*level\s*=", log[1], re.MULTILINE) else text
 
 
 def _streams_alone() -> Any:

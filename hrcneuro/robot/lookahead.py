@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 
@@ -39,13 +39,15 @@ class LookAhead:
         self._workspace, self._pace, self._acceleration = workspace, pace, acceleration
         self._lead_given, self._make_loop = lead_given, make_loop
         self._quickest: dict[tuple[Tile, Tile], float] = {}
+        self._flowing: dict[tuple[Tile, Tile, Tile], list[tuple[float, float]]] = {}
         self._approaches: set[tuple[Tile, Tile]] = set()
 
     def grid(self, t_f: float) -> None:
         """Check a whole session before it begins: its opening, all moves at its shortest duration, long approaches.
 
         Of the approaches between all tiles it is checked that they lie in reach; those between corners and centre, the
-        quickest and the nearest to the sides of the box, are driven.
+        quickest and the nearest to the sides of the box, are driven. Where moves flow into each other, each move is
+        driven also behind each that may come before it.
 
         Args:
             t_f: The shortest duration of a move, seconds.
@@ -66,20 +68,31 @@ class LookAhead:
             way = rehearsal.tile_move(self._workspace, move.start, move.end, t_f)
             self._drive(way, so="nothing has moved")
             self._quickest[move.start, move.end] = t_f
+        if self._pace.start_next == "in_radius":
+            for first, second in product(moves, moves):
+                if first.end == second.start:
+                    self._flow((first.start, first.end, second.end), (t_f, t_f), so="nothing has moved")
 
-    def move(self, start: Tile, end: Tile, t_f: float) -> None:
+    def move(self, start: Tile, end: Tile, t_f: float, *, after: tuple[Tile, float] | None = None) -> None:
         """Check a move; one that the grid's edge stops has no way.
 
         Args:
             start, end: Tiles.
             t_f: Its duration, seconds.
+            after: The tile from which the move before came, and its duration, where this one may take over from it.
 
         Raises:
             TooQuick, WayError, Foreseen: With the way, and what is wrong with it.
             ValueError: The move goes farther than a tile, or off the grid.
         """
         _check_tiles(start, end)
-        if start == end or self._quickest.get((start, end), np.inf) <= t_f:
+        if start != end:
+            self._from_rest(start, end, t_f)
+            if after is not None and self._pace.start_next == "in_radius":
+                self._flow((after[0], start, end), (after[1], t_f), so=_NOT_BEGUN)
+
+    def _from_rest(self, start: Tile, end: Tile, t_f: float) -> None:
+        if self._quickest.get((start, end), np.inf) <= t_f:
             return
         if end not in neighbours(start):
             raise ValueError(f"a move from tile {start} to {end}; a move goes to a tile beside it, or stays")
@@ -88,6 +101,14 @@ class LookAhead:
         check_paths([move], self._workspace)
         self._drive(rehearsal.tile_move(self._workspace, start, end, t_f), so=_NOT_BEGUN)
         self._quickest[start, end] = t_f
+
+    def _flow(self, tiles: tuple[Tile, Tile, Tile], durations: tuple[float, float], *, so: str) -> None:
+        before, t_f = durations
+        passed = self._flowing.setdefault(tiles, [])
+        if any(one <= before and other <= t_f for one, other in passed):
+            return
+        self._drive(rehearsal.flowing_move(self._workspace, tiles, durations), so=so)
+        passed.append(durations)
 
     def approach(self, start: Tile, end: Tile) -> None:
         """Check the straight way between two tiles, between episodes.

@@ -12,7 +12,7 @@ from hrcneuro.robot import kinematics
 from hrcneuro.robot.backend import PERIOD
 from hrcneuro.robot.minimum_jerk import minimum_jerk, minimum_jerk_cost
 from hrcneuro.robot.record import Telemetry
-from hrcneuro.robot.session import Executed
+from hrcneuro.robot.session import ExecutedMove
 from hrcneuro.robot.workspace import DOWN, Workspace
 
 _CHUNK = 8192  # cycles at a time: the chain of frames takes 900 bytes a cycle
@@ -72,7 +72,7 @@ def fit_onset(time: np.ndarray, progress: np.ndarray, t_f: float) -> float:
 
 
 def measure_moves(
-    executed: Sequence[Executed], telemetry: Telemetry, tool_tip: Tip, workspace: Workspace
+    executed: Sequence[ExecutedMove], telemetry: Telemetry, tool_tip: Tip, workspace: Workspace
 ) -> dict[str, np.ndarray]:
     """Return each of :data:`MEASURES`: name -> ndarray, shape (n_moves,); nan where the grid's edge stopped it."""
     jerk = _squared_jerk(tool_tip.velocity)
@@ -81,7 +81,7 @@ def measure_moves(
 
 
 def _measure(
-    one: Executed, telemetry: Telemetry, tool_tip: Tip, jerk: np.ndarray, workspace: Workspace
+    one: ExecutedMove, telemetry: Telemetry, tool_tip: Tip, jerk: np.ndarray, workspace: Workspace
 ) -> dict[str, float]:
     if not one.moved:
         return dict.fromkeys(MEASURES, np.nan)
@@ -142,7 +142,7 @@ def _squared_jerk(velocity: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(jerk**2, axis=1))
 
 
-def marker_timing(executed: Sequence[Executed], *, rate: float) -> dict[str, np.ndarray]:
+def marker_timing(executed: Sequence[ExecutedMove], *, rate: float) -> dict[str, np.ndarray]:
     """Return when each move's marker was there, and how far its onset lies behind the log's pace.
 
     Name -> ndarray, shape (n_moves,), of marker_latency_ms, stim_sample, stim_latency_ms and behind_log_ms; nan where

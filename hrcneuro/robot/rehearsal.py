@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from hrcneuro.paradigm.grid import CENTRE, Tile
 from hrcneuro.robot import kinematics, record
@@ -19,7 +20,7 @@ from hrcneuro.robot.loop import Loop
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.sim import LEAD, SimArm, VirtualClock
-from hrcneuro.robot.trajectory import BoundedPath, TileMove, Trajectory
+from hrcneuro.robot.trajectory import BoundedPath, MovingStart, TileMove, Trajectory
 from hrcneuro.robot.workspace import Workspace, pose
 
 MakeLoop = Callable[[SimArm, VirtualClock, OnStop], Loop]
@@ -38,6 +39,7 @@ class Way:
     path: Trajectory
     phase: int
     lead_known: bool = True  # when it is followed
+    onward: tuple[Position, float] | None = None  # a move that takes over in the radius: its end, metres; seconds
 
 
 def rehearse(
@@ -63,7 +65,7 @@ def drive(way: Way, workspace: Workspace, *, make_loop: MakeLoop, so: str = "not
     """Drive a way on the simulated arm.
 
     Args:
-        way: From rest to rest.
+        way: From rest to rest. A move that takes over does so as early as it may, when the arm is quickest.
         workspace: Where the tiles are.
         make_loop: As of :func:`rehearse`.
         so: What the message says of the arm itself.
@@ -76,10 +78,17 @@ def drive(way: Way, workspace: Workspace, *, make_loop: MakeLoop, so: str = "not
     loop = make_loop(SimArm(clock, q.tolist()), clock, reasons.append)
     loop.lead = LEAD if way.lead_known else None
     try:
-        loop.follow(way.path, phase=way.phase, radius=workspace.cell.radius)
+        near = None if way.onward is None else _at_once
+        track = loop.follow(way.path, phase=way.phase, radius=workspace.cell.radius, near=near)
+        if way.onward is not None and track.motion is not None:
+            loop.follow(MovingStart(track.motion, *way.onward), phase=way.phase, radius=workspace.cell.radius)
     except Stopped as error:
         why = reasons[0] if reasons and isinstance(reasons[0], ArmError) else error
         raise Foreseen(error.cause, f"{way.name} the session would be stopped: {why}; {so}") from error
+
+
+def _at_once(when: float) -> bool:
+    return True
 
 
 def opening(workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]:
@@ -99,6 +108,12 @@ def opening(workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]
 def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_given: bool) -> Iterator[Way]:
     yield from opening(workspace, pace, lead_given)
     approaches, quickest, tile = dict[tuple[Tile, Tile], None](), dict[tuple[Tile, Tile], float](), CENTRE
+    flowing = dict[tuple[Tile, Tile, Tile], tuple[float, float]]()
+    for before, move in pairwise(moves):
+        if pace.start_next == "in_radius" and not (move.first or move.dwells or before.dwells):
+            key = before.start, move.start, move.end
+            known = flowing.get(key, (before.t_f, move.t_f))
+            flowing[key] = min(known[0], before.t_f), min(known[1], move.t_f)
     for move in moves:
         if move.first and tile != move.start:
             approaches[tile, move.start] = None
@@ -110,6 +125,8 @@ def _ways(moves: Sequence[PlannedMove], workspace: Workspace, pace: Pace, lead_g
         yield approach(workspace, pace, a, b)
     for (a, b), t_f in quickest.items():
         yield tile_move(workspace, a, b, t_f)
+    for tiles, durations in flowing.items():
+        yield flowing_move(workspace, tiles, durations)
 
 
 def approach(workspace: Workspace, pace: Pace, a: Tile, b: Tile) -> Way:
@@ -133,3 +150,12 @@ def tile_move(
     start, end = workspace.position(*a), workspace.position(*b)
     name = f"{when}in the move from tile {a} to {b} in {t_f:g} s"
     return Way(name, start, TileMove(start, end, t_f), phase, lead_known)
+
+
+def flowing_move(workspace: Workspace, tiles: tuple[Tile, Tile, Tile], durations: tuple[float, float]) -> Way:
+    """Return the way of a move that takes over from the one before without rest; both have a duration, seconds."""
+    a, b, c = tiles
+    start, middle, end = (workspace.position(*tile) for tile in tiles)
+    before, t_f = durations
+    name = f"in the move from tile {b} to {c} in {t_f:g} s, on the move after that from {a} in {before:g} s,"
+    return Way(name, start, TileMove(start, middle, before), record.MOVE, onward=(end, t_f))

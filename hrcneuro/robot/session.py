@@ -22,7 +22,7 @@ from hrcneuro.robot.workspace import Workspace
 
 
 @dataclass(frozen=True)
-class Executed:
+class ExecutedMove:
     """One move as it was executed."""
 
     index: int
@@ -41,7 +41,7 @@ class Executed:
         return not self.move.dwells and isfinite(self.track.onset)
 
 
-Event = Ready | Arrived | Stays | InRadius | Executed
+Event = Ready | Arrived | Stays | InRadius | ExecutedMove
 
 
 def approach(loop: Loop, workspace: Workspace, tile: Tile, *, pace: Pace, here: Sequence[float]) -> Track:
@@ -136,7 +136,7 @@ class _Service:
         if self._motion is None:
             self._loop.rest(request.not_before, at=self._here())
         track = self._dwell(request) if move.dwells else self._tile_move(request)
-        executed = Executed(index, move, track, flowed=self._motion is not None)
+        executed = ExecutedMove(index, move, track, flowed=self._motion is not None)
         self._motion, self._tile = track.motion, move.end
         self._tell(executed)
 
@@ -181,7 +181,7 @@ def run_session(
     lead: float | None,
     most_lead: float,
     pace: Pace,
-    on_executed: Callable[[Executed], None],
+    on_executed: Callable[[ExecutedMove], None],
 ) -> None:
     """Execute ``moves`` and hand over each as it ends, so that a session that is stopped keeps what it has.
 
@@ -200,7 +200,7 @@ def run_session(
     replay = Replay(moves, pace)
 
     def take(event: Event) -> None:
-        if isinstance(event, Executed):
+        if isinstance(event, ExecutedMove):
             replay.executed(event.began)
             on_executed(event)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -41,14 +42,23 @@ def read_moves(folder: str, subject: str, recording: Recording) -> pd.DataFrame:
         raise DataError(text, cure=error.cure) from error
 
 
-def match(recording: Recording, trials: pd.DataFrame, subject: str, *, onset_event: str = "") -> Match:
+def match(
+    recording: Recording,
+    trials: pd.DataFrame,
+    subject: str,
+    *,
+    onset_event: str = "",
+    begun: Sequence[experiments.Onset] = (),
+) -> Match:
     """Return the onset of every row of the log; equal markers a sample or less apart are one.
+
+    ``begun``: as :func:`hrcneuro.sources.experiments.onsets_of` gives it.
 
     Raises:
         DataError, ConfigError: Markers and log cannot be used together; the message says where they differ.
     """
     markers = separate(recording.markers, recording, least_gap_s=0.0, twins="keep")
-    found = match_onsets(markers, trials, event=onset_event, subject=subject)
+    found = match_onsets(markers, trials, event=onset_event, subject=subject, begun=begun)
     recording.notes += found.notes
     return found
 
@@ -71,7 +81,8 @@ def read_study(folder: str, subject: str, *, onset_event: str = "") -> tuple[Rec
     files = dataset_files(folder, subject)
     recording.origins = with_log(recording.origins, files)
     recording.notes += experiments.notes_of(files["log"])
-    return recording, place(trials, match(recording, trials, subject, onset_event=onset_event).onsets_s)
+    begun = experiments.onsets_of(files["log"])
+    return recording, place(trials, match(recording, trials, subject, onset_event=onset_event, begun=begun).onsets_s)
 
 
 def _rows(path: Path) -> dict[str, int]:

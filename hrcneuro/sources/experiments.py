@@ -15,13 +15,14 @@ from typing import Any
 from hrcneuro.errors import DataError
 
 FILE = "experiment.jsonl"
-SESSION, BLOCK, EPISODE, MOVE = "session", "block", "episode", "move"
+SESSION, BLOCK, EPISODE, ONSET, MOVE = "session", "block", "episode", "onset", "move"
 KEY, NOTE, BLOCK_END, END = "key", "note", "block_end", "end"
 
 CURE = "hrcneuro experiment SUBJECT --resume mends the log from experiment.jsonl, and keeps what it takes away"
 
 Entry = dict[str, Any]
 Episode = tuple[str, int]  # the block in the authors' words, and the episode's number
+Onset = tuple[bool, int, int, int]  # practice, block, episode, trial
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,14 @@ class Kept:
         ends: Episode -> rows and columns of its path's start and goal.
         arrived: Episodes that came to their goal.
         directions: Block of iC, in the authors' words -> the human's two directions.
+        onsets: Whose motion has begun, in order: a move that was made again twice, one that never ended, too.
     """
 
     moves: Mapping[Episode, int] = field(default_factory=dict)
     ends: Mapping[Episode, tuple[int, int, int, int]] = field(default_factory=dict)
     arrived: frozenset[Episode] = frozenset()
     directions: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    onsets: tuple[Onset, ...] = ()
 
     def broken_off(self, episode: Episode, moves: int) -> bool:
         """Return whether an episode that has so many moves in the log may end elsewhere than on its goal.
@@ -60,6 +63,16 @@ def notes_of(log: Path) -> list[str]:
         for (block, number), moves in (kept.moves.items() if kept else ())
         if kept and (block, number) not in kept.arrived
     ]
+
+
+def onsets_of(log: Path) -> tuple[Onset, ...]:
+    """Return whose motion has begun, in order, as an experiment kept it beside its log; nothing where none wrote it.
+
+    Raises:
+        DataError: As :func:`beside`.
+    """
+    kept = beside(log)
+    return kept.onsets if kept else ()
 
 
 def beside(log: Path) -> Kept | None:
@@ -85,18 +98,29 @@ def _kept(entries: list[Entry]) -> Kept:
     ends: dict[Episode, tuple[int, int, int, int]] = {}
     arrived: set[Episode] = set()
     directions: dict[str, frozenset[str]] = {}
+    onsets: list[Onset] = []
+    told = any(entry["kind"] == ONSET for entry in entries)
     for entry in entries:
         if entry["kind"] == MOVE:
             episode = name_of(entry), int(entry["episode"])
             moves[episode] = moves.get(episode, 0) + 1
             if entry["last"]:
                 arrived.add(episode)
+            if not told and entry.get("executed"):
+                # An older log: only what has ended is known, and whether it was made again.
+                onsets += [_onset(entry)] * (1 + bool(entry.get("again")))
+        elif entry["kind"] == ONSET:
+            onsets.append(_onset(entry))
         elif entry["kind"] == EPISODE:
             start, goal = entry["path"][0], entry["path"][-1]
             ends[name_of(entry), int(entry["episode"])] = (start[0], start[1], goal[0], goal[1])
         elif entry["kind"] == BLOCK and entry["human_directions"]:
             directions[name_of(entry)] = frozenset(entry["human_directions"])
-    return Kept(moves, ends, frozenset(arrived), directions)
+    return Kept(moves, ends, frozenset(arrived), directions, tuple(onsets))
+
+
+def _onset(entry: Mapping[str, Any]) -> Onset:
+    return bool(entry["practice"]), int(entry["block"]), int(entry["episode"]), int(entry["trial"])
 
 
 def name_of(entry: Mapping[str, Any]) -> str:

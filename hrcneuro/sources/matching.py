@@ -7,13 +7,15 @@ has rows, with the practice blocks or without. Anything else is refused, with bo
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.expected import Expected, expected_markers
+from hrcneuro.sources.experiments import Onset
 
 # A move starts when the one before is over: a marker closer than this share of the shortest usual gap is none.
 _TOO_CLOSE = 0.75
@@ -32,7 +34,9 @@ class Match:
     notes: list[str]
 
 
-def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = "", subject: str = "") -> Match:
+def match_onsets(
+    markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = "", subject: str = "", begun: Sequence[Onset] = ()
+) -> Match:
     """Return the onset of every row of a log.
 
     Args:
@@ -40,6 +44,7 @@ def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = ""
         trials: The log's rows in order, with practice, block and episode.
         event: The onset's code where known; codes joined by ``+`` count together. Empty: found by counting.
         subject: Named in messages.
+        begun: Whose motion has begun, in order, where that is known: a marker each.
 
     Raises:
         DataError: The recording has no markers, or no code fits the log; the message shows the first disagreement
@@ -51,29 +56,29 @@ def match_onsets(markers: pd.DataFrame, trials: pd.DataFrame, *, event: str = ""
             f"the recording of {subject} has no markers; its log has {len(trials)} moves",
             cure="check that the recording was saved with its events",
         )
-    wanted = _wanted(trials)
-    names = _named(event, markers) if event else _by_count(markers, set(wanted), subject)
+    wanted = expected_markers(trials, begun)
+    names = _named(event, markers) if event else _by_count(markers, wanted, subject)
     onsets = _onsets(markers, names)
-    if len(onsets) not in wanted:
+    if (found := next((one[len(onsets)] for one in wanted if len(onsets) in one), None)) is None:
         raise DataError(
-            disagreement(markers, trials, names, subject=subject),
+            disagreement(markers, trials, names, subject=subject, begun=begun),
             cure="check that recording and log are of the same subject and complete; if another code marks the "
             "onsets, name it (acquire.onset_event); hrcneuro acquire SUBJECT --inspect shows both sides",
         )
-    rows = wanted[len(onsets)]
+    notes = [f"movement onsets: code {'+'.join(names)}, {len(onsets)} markers for {len(trials)} rows of the log"]
+    notes += found.notes
+    known = found.rows >= 0
+    onsets, rows = onsets[known], found.rows[known]
     filled = np.full(len(trials), np.nan)
     filled[rows] = onsets
-    notes = [f"movement onsets: code {'+'.join(names)}, {len(onsets)} markers for {len(trials)} rows of the log"]
-    if len(onsets) < len(trials):
-        notes.append("the practice blocks have no markers")
-    if where := first_misplaced(onsets, trials.loc[rows]):
+    if where := first_misplaced(onsets, trials.iloc[rows]):
         raise DataError(
-            f"{subject} has as many markers {'+'.join(names)} as rows in the log ({len(onsets)}), but not of the same "
+            f"{subject} has as many markers {'+'.join(names)} as {found.what} ({len(found.rows)}), but not of the same "
             f"moves: {where}",
             cure="check that recording and log are of the same subject; where one marker is lost and one too many, "
             "mend the recording's events, or leave the subject out (study.exclude)",
         )
-    share = separation(onsets, trials.loc[rows])
+    share = separation(onsets, trials.iloc[rows])
     notes.append(f"pauses between markers fall between the log's episodes: {share:.3f} (1 always, 0.5 by chance)")
     return Match("+".join(names), filled, notes)
 
@@ -162,18 +167,22 @@ def _beside(at: int, starts: np.ndarray, n: int) -> np.ndarray:
     return np.setdiff1d(np.arange(max(at - _NEAR, 0), min(at + _NEAR + 1, n)), starts)
 
 
-def disagreement(markers: pd.DataFrame, trials: pd.DataFrame, names: list[str], *, subject: str = "") -> str:
+def disagreement(
+    markers: pd.DataFrame, trials: pd.DataFrame, names: list[str], *, subject: str = "", begun: Sequence[Onset] = ()
+) -> str:
     """Return what differs between markers and log: totals, the first block and episode, and both histograms."""
     counts = histogram(markers)
-    wanted = _wanted(trials)
+    wanted = {count: one for expected in reversed(expected_markers(trials, begun)) for count, one in expected.items()}
     names = names or [min(counts, key=lambda c: min(abs(counts[c] - n) for n in wanted))]
     onsets = _onsets(markers, names)
     nearest = min(wanted, key=lambda n: abs(n - len(onsets)))
+    rows = wanted[nearest].rows
     text = [
         f"the markers of {subject or 'the recording'} do not match its log: "
         f"{len(trials)} rows ({len(trials) - int(trials['practice'].sum())} without practice), "
+        f"{f'{len(begun)} motions that began, ' if begun else ''}"
         f"code {'+'.join(names)} occurs {len(onsets)} times ({len(onsets) - nearest:+d})",
-        f"  first disagreement: {_first_difference(onsets, trials.loc[wanted[nearest]])}",
+        f"  first disagreement: {_first_difference(onsets, trials.iloc[rows[rows >= 0]])}",
         f"  markers: {listed(counts)}",
         f"  log rows: {listed(block_rows(trials))}",
     ]
@@ -181,12 +190,6 @@ def disagreement(markers: pd.DataFrame, trials: pd.DataFrame, names: list[str], 
     if pairs:
         text.append(f"  together these occur as often as the log has rows: {', '.join(pairs[:3])}")
     return "\n".join(text)
-
-
-def _wanted(trials: pd.DataFrame) -> dict[int, np.ndarray]:
-    """Return number of rows -> mask over the log: all rows, and those of main blocks."""
-    main = ~trials["practice"].to_numpy(bool)
-    return {int(main.sum()): main} | {len(trials): np.ones(len(trials), bool)}
 
 
 def _onsets(markers: pd.DataFrame, names: list[str]) -> np.ndarray:
@@ -207,9 +210,10 @@ def _named(event: str, markers: pd.DataFrame) -> list[str]:
     return names
 
 
-def _by_count(markers: pd.DataFrame, wanted: set[int], subject: str) -> list[str]:
-    """Return the only code whose count fits, or none."""
-    fits = [name for name, count in histogram(markers).items() if count in wanted]
+def _by_count(markers: pd.DataFrame, wanted: list[dict[int, Expected]], subject: str) -> list[str]:
+    """Return the only code whose count fits, by the likeliest kind of which one does; or none."""
+    counts = histogram(markers)
+    fits = next((fits for one in wanted if (fits := [name for name, count in counts.items() if count in one])), [])
     if len(fits) > 1:
         first = {name: float(_onsets(markers, [name])[0]) for name in fits}
         raise ConfigError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,13 +63,39 @@ def read_moves(files: dict[str, Path]) -> pd.DataFrame:
     return read_log_files(files["log"], files["metadata"])
 
 
-def match(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> Onsets:
+def match(
+    recording: Recording,
+    log: pd.DataFrame,
+    subject: str,
+    options: Source,
+    *,
+    begun: Sequence[experiments.Onset] = (),
+) -> Onsets:
     """Return when each move of the log began; notes and warnings go to the recording, whose channels are shaped.
+
+    By the markers that name their moves; where there are none, by counting the triggers, else the markers.
+
+    Args:
+        recording: Of all parts.
+        log: Its moves.
+        subject: Whose session.
+        options: How markers and triggers are read.
+        begun: As :func:`hrcneuro.sources.experiments.onsets_of` gives it.
 
     Raises:
         DataError, ConfigError: Markers and log cannot be used together; the message says where they differ.
     """
-    markers = _markers(recording, log, subject, options)
+    markers = None if options.onset_event else _named(recording, log, subject)
+    if markers is None:
+        by_trigger = _counts_triggers(recording, options)
+        if by_trigger:
+            # They stand in the EEG itself: nothing needs to be found near them.
+            channel = "channel" if options.markers == "auto" else options.markers
+            triggers.choose_markers(recording, channel, mask=options.trigger_mask)
+        onsets_s = dataset.match(recording, log, subject, onset_event=options.onset_event, begun=begun).onsets_s
+        if by_trigger:
+            return Onsets(np.full(len(log), np.nan), onsets_s, onsets_s)
+        markers = onsets_s
     edges = _edges(recording, options)
     onsets = snapped(markers, edges, window_s=options.snap_s, delay_s=options.amp_delay_ms / 1000)
     _tell(recording, onsets, options)
@@ -101,11 +127,18 @@ def _begun(path: Path) -> float:
         return began(file.read(1024))
 
 
-def _markers(recording: Recording, log: pd.DataFrame, subject: str, options: Source) -> np.ndarray:
-    """Return the time of each row's marker: by the move that it names, else by counting as for any log."""
-    named = None if options.onset_event else by_name(recording.markers, log, subject)
+def _counts_triggers(recording: Recording, options: Source) -> bool:
+    """Return whether triggers are counted, and not markers: the amplifier has seen some, and no marker is asked for."""
+    if options.onset_event and options.onset_event in set(recording.markers["event"]):
+        return False
+    return bool(len(_edges(recording, options)))
+
+
+def _named(recording: Recording, log: pd.DataFrame, subject: str) -> np.ndarray | None:
+    """Return the time of each row's marker, by the move that it names; None where no marker names one."""
+    named = by_name(recording.markers, log, subject)
     if named is None:
-        return dataset.match(recording, log, subject, onset_event=options.onset_event).onsets_s
+        return None
     onsets, twice, strange = named
     known = int(np.isfinite(onsets).sum())
     recording.notes.append(f"movement onsets: markers that name their move, {known} for {len(log)} rows of the log")

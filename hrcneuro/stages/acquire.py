@@ -160,12 +160,12 @@ def _read(config: Config, unit: str) -> _Acquired:
         signals.origins = origin.vouched(signals.origins, config.recorded)
         return _Acquired(signals, study_trials(moves, unit, signals.sfreq))
     if config.source == "recording":
-        from hrcneuro.sources import sessions
+        from hrcneuro.sources import experiments, sessions
 
         files = layout.session_files(config.path, unit)
         signals, log = sessions.read(files, config), sessions.read_moves(files)
         foreign.shape(signals, config)
-        onsets = sessions.match(signals, log, unit, config)
+        onsets = sessions.match(signals, log, unit, config, begun=experiments.onsets_of(files["log"]))
         signals.origins = origin.vouched(signals.origins, config.recorded)
         table = study_trials(dataset.place(log, onsets.onset_s), unit, signals.sfreq)
         return _Acquired(signals, table, onsets=sessions.table(log, onsets, unit))
@@ -221,7 +221,7 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         view["notes"] = [f"the recording is synthetic, {config.sfreq:g} Hz: it is made when acquire runs"]
         view["log"] = inspection.view_log(_moves(config, unit))
         return
-    from hrcneuro.sources import dataset, foreign, sessions
+    from hrcneuro.sources import dataset, experiments, foreign, sessions
     from hrcneuro.sources.recording import check_signals
 
     files = sources(config, unit)
@@ -233,10 +233,11 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
         of_session = config.source == "recording"
         log = sessions.read_moves(files) if of_session else dataset.read_moves(config.path, unit, signals)
         view["log"] = inspection.view_log(log)
+        begun = experiments.onsets_of(files["log"])
         if of_session:
-            sessions.match(signals, log, unit, config)
+            sessions.match(signals, log, unit, config, begun=begun)
         else:
-            dataset.match(signals, log, unit, onset_event=config.onset_event)
+            dataset.match(signals, log, unit, onset_event=config.onset_event, begun=begun)
 
     # In the order of run, so that the first problem is the one that stops it.
     if config.source == "dataset":

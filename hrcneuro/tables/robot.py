@@ -13,7 +13,7 @@ from hrcneuro.paradigm.design import T_F_S
 from hrcneuro.paradigm.grid import SIZE
 from hrcneuro.robot import measure
 from hrcneuro.robot.record import PHASES, Telemetry
-from hrcneuro.robot.session import Executed
+from hrcneuro.robot.session import ExecutedMove
 from hrcneuro.robot.workspace import Workspace
 
 _JOINTS = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")
@@ -160,7 +160,7 @@ def telemetry(record: Telemetry, tip: measure.Tip, q_command: np.ndarray) -> dic
 
 
 def moves(
-    executed: Sequence[Executed], measures: Mapping[str, np.ndarray], stamps: Mapping[int, float]
+    executed: Sequence[ExecutedMove], measures: Mapping[str, np.ndarray], stamps: Mapping[int, float]
 ) -> pd.DataFrame:
     """Return the rows of moves.parquet.
 

@@ -37,6 +37,9 @@ __all__ = [
 ]  # fmt: skip
 
 _UNLOCK_AFTER = 5.0  # s, before which PolyScope refuses to unlock a protective stop
+# s: what was ordered earlier, without PolyScope, is done then. UR's client library orders it as soon as it is told of
+# the stop, and wants to see it done within 5 s of that; it looks ten times a second, as often as the state is told.
+_UNLOCK_ORDERED_AFTER = 4.8
 _BOOT = 1.0  # s, of each step of powering up
 _LOGGED = {"text": "text", "error": "error", "popup": "popup", "exception": "error"}
 
@@ -175,8 +178,9 @@ class Controller:
             self.pause()
 
     def unlock_protective_stop(self, *, wait: bool = False) -> bool:
-        """Return to normal; False: five seconds have not passed yet, after which it is done if ``wait``."""
-        early = self.safety_mode == PROTECTIVE and self.now - self._stopped_at < _UNLOCK_AFTER
+        """Return to normal; False: it is too early. With ``wait`` it is then done as soon as the time has come."""
+        least = _UNLOCK_ORDERED_AFTER if wait else _UNLOCK_AFTER
+        early = self.safety_mode == PROTECTIVE and self.now - self._stopped_at < least
         self._unlocks = early and wait
         if early or self.safety_mode != PROTECTIVE:
             return not early

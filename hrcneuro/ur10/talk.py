@@ -36,6 +36,10 @@ class Talk:
         try:
             link = self._sockets.open(socket_name, address, int(port))
             until = self._c.now + _CONNECT
+            program = self._c.running
+            if program is not None and not program.secondary:
+                # Over a wire, nobody has answered in the same instant: whoever takes two connections has time between.
+                yield from program.give_way()
             yield from self._wait(lambda: link.connected() or self._c.now >= until)
             taken = link.connected()
         except (OSError, ValueError, OverflowError) as error:

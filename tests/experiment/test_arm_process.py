@@ -7,6 +7,7 @@ import dataclasses
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -200,6 +201,18 @@ def test_an_arms_side_that_is_killed_is_missed(config, ahead):
         assert not halted.rests
         arm.send(Go(0, (3, 3), (3, 4), 0.7, marker(0)))
         assert arm.reports() == []
+
+
+def test_what_liblsl_writes_comes_as_words_and_not_onto_the_terminal(config, ahead, lsl, monkeypatch, tmp_path, capfd):
+    chatty = tmp_path / "lsl_api.cfg"
+    configured = Path(os.environ["LSLAPICFG"]).read_text()
+    chatty.write_text(re.sub(r"level *= *\S+", "level = 0", configured))
+    monkeypatch.setenv("LSLAPICFG", str(chatty))
+    said = []
+    with ArmProcess(ArmSettings(dataclasses.replace(config, markers="lsl"), "s01"), ahead, say=said.append) as arm:
+        Reports(arm).until(Ready)
+    assert any(text.startswith("arm: ") and f"Configuration loaded from {chatty}" in text for text in said), said
+    assert "INFO" not in capfd.readouterr().err
 
 
 def test_a_trigger_port_that_goes_away_is_trouble_and_stops_no_arm(config, ahead):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import json
 import os
@@ -14,6 +15,7 @@ import pytest
 from hrcneuro.arms.clock import seconds
 from hrcneuro.errors import StageError
 from hrcneuro.experiment import disk
+from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.parameters import ExperimentOptions
 from hrcneuro.experiment.ports import Order
 from hrcneuro.experiment.real import RealTime
@@ -22,7 +24,7 @@ from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import experiments
 from hrcneuro.stages.robot import Config
 
-PATIENCE = 60.0  # s, of a busy machine
+PATIENCE = 60.0  # s, of a busy machine, in which nothing happens
 
 
 class Desk:
@@ -30,7 +32,7 @@ class Desk:
 
     def __init__(self, acts):
         self.attended, self.said, self._acts, self._seen = True, [], acts, None
-        self._until = seconds() + PATIENCE
+        self._until, self._state = seconds() + PATIENCE, None
 
     def waits_for(self):
         return []
@@ -41,16 +43,28 @@ class Desk:
 
     def show(self, seen, now):
         self._seen = seen
+        state = (seen.phase, seen.n_moves, seen.stops, seen.trouble, seen.asked)
+        if state != self._state:
+            self._until, self._state = seconds() + PATIENCE, state
 
     def say(self, text):
         self.said.append(text)
 
 
+# On a busy machine a simulated arm may be held up: not what is tested here.
+ROBOT = Config(lead_s=0.035, max_late_s=0.5)
+
+
+@pytest.fixture(scope="module")
+def ahead():
+    """What checks requests, for all sessions: it has tried the whole grid."""
+    return Ahead(ROBOT, shortest_s=TimingParams().t_f_min_s)
+
+
 @pytest.fixture
-def run(tmp_path):
+def run(tmp_path, ahead):
     """Return what runs a session with an experimenter who acts so."""
-    # On a busy machine a simulated arm may be held up: not what is tested here.
-    robot = Config(rescue_folder=str(tmp_path / "kept"), lead_s=0.035, max_late_s=0.5)
+    robot = dataclasses.replace(ROBOT, rescue_folder=str(tmp_path / "kept"))
     options = ExperimentOptions(
         human="simulated", drawn_tool=True, markers="none", screen=False, watch_recorder=False, pause_s=0.1, break_s=0.1
     )
@@ -58,7 +72,7 @@ def run(tmp_path):
 
     def run(desk):
         setup = Setup("s01", options, session, TimingParams(), 1, robot, tmp_path / "recordings")
-        return RealTime(setup, desk).run()
+        return RealTime(setup, desk, ahead=ahead).run()
 
     return run
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from hrcneuro.experiment.log import Log
+from hrcneuro.experiment import opening
 from hrcneuro.paradigm.conditions import EPISODE
 from hrcneuro.paradigm.owners import DIRECTION_PAIRS, Areas, Directions, actor_of
 from hrcneuro.paradigm.params import SessionParams
@@ -34,11 +34,14 @@ def simulated(seed=1, params=SHORT):
 def begun(folder, subject="s01", *, clock=None, resume=False, **options):
     """Open the log of a session at virtual pace, begun or resumed."""
     given = {"options": OPTIONS, "simulated": True, "real_time": False, "now": clock or Clock()} | options
-    return (Log.resume if resume else Log.begin)(folder, subject, **given)
+    return (opening.resume if resume else opening.begin)(folder, subject, **given)
 
 
-def play(log, trials, params=SHORT, *, clock=None, most=None, flush=True):
-    """Play the blocks that a log does not have, at most so many moves; return how many there were."""
+def play(log, trials, params=SHORT, *, clock=None, most=None, flush=True, cut=False):
+    """Play the blocks that a log does not have, at most so many moves; return how many there were.
+
+    ``cut``: the motion after these begins, and nobody sees its end.
+    """
     study = retrace({"s": trials})
     paths = dict(
         zip(zip(*(study.episodes[name] for name in EPISODE), strict=True), study.episodes["path"], strict=True)
@@ -53,9 +56,11 @@ def play(log, trials, params=SHORT, *, clock=None, most=None, flush=True):
         for number, rows in inside.groupby("episode", sort=False):
             log.episode(number, paths[block.practice, block.number, number])
             for row in rows.itertuples():
+                onset = start + row.onset_s
+                if row.executed and (moves != most or cut):
+                    log.onset(row.trial, onset)
                 if moves == most:
                     return moves
-                onset = start + row.onset_s
                 if clock:
                     clock.t = onset + row.t_f_s
                 log.move(move_of(row), onset=onset, t_f=row.t_f_s, ended=onset + row.t_f_s)

@@ -26,13 +26,16 @@ class Rows:
     """Takes down what the flow writes."""
 
     def __init__(self):
-        self.rows, self.keys, self.events, self.blocks, self.episodes = [], [], [], [], []
+        self.rows, self.keys, self.events, self.blocks, self.episodes, self.onsets = [], [], [], [], [], []
 
     def block(self, block, when):
         self.blocks.append(block)
 
     def episode(self, number, path, when):
         self.episodes.append((number, path, when))
+
+    def onset(self, turn):
+        self.onsets.append((turn.where["practice"], turn.where["block"], turn.where["episode"], turn.move.trial))
 
     def move(self, turn, when):
         where = {name: turn.where[name] for name in ("scenario", "practice", "block", "episode")}

@@ -20,8 +20,10 @@ OPTIONS = RecordOptions(
 class Lab:
     """A recording of a session's moves: an amplifier that replays, a robot that marks, a recorder, a log."""
 
-    def __init__(self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0, robot_offset=0.0):
-        self.folder, self.trials = folder, trials
+    def __init__(
+        self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0, marks=True, robot_offset=0.0
+    ):
+        self.folder, self.trials, self.marks = folder, trials, marks
         self.robot_offset = robot_offset  # of the robot's machine, whose clock began at another time
         folder.mkdir(parents=True, exist_ok=True)
         self.offset, self.drift_ppm = offset, drift_ppm
@@ -58,7 +60,8 @@ class Lab:
             if when > now:
                 break
             self.amplifier.trigger(when)
-            self.robot.push([when - self.robot_offset], [[marker_of(row)]])
+            if self.marks:
+                self.robot.push([when - self.robot_offset], [[marker_of(row)]])
             self.next += 1
         self.amplifier.step()
 

@@ -24,11 +24,13 @@ def absent() -> str:
 
 
 @contextlib.contextmanager
-def screen(width: int = 1920, height: int = 1080) -> Iterator[str]:
-    """Start an X server with one screen of so many pixels; yield what DISPLAY must be."""
+def screen(width: int = 1920, height: int = 1080, *others: tuple[int, int]) -> Iterator[str]:
+    """Start an X server with one screen of so many pixels, or several; yield what DISPLAY must be."""
+    sizes = enumerate([(width, height), *others])
+    screens = [word for number, (w, h) in sizes for word in ("-screen", str(number), f"{w}x{h}x24")]
     ours, theirs = os.pipe()
     server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(theirs), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"],
+        ["Xvfb", "-displayfd", str(theirs), *screens, "-nolisten", "tcp"],
         pass_fds=(theirs,), stderr=subprocess.DEVNULL,
     )  # fmt: skip
     os.close(theirs)

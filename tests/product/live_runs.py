@@ -181,6 +181,8 @@ def full_disk(lab: Lab) -> Iterator[Row]:
 def experiment(lab: Lab) -> Iterator[Row]:
     """An experiment beside a recorder that loses its EEG pauses; with nobody at the terminal it ends, and goes on."""
     words = ["--backend", "none", "--human", "simulated", "--no-screen", *EEG_ONLY]
+    # Until the first move: two processes load their libraries, the arm finds its lead, a simulated person reads.
+    words += ["--set", "experiment.break_s=0.2", "--set", "experiment.pause_s=0.2", "--set", "robot.lead_s=0.035"]
     with lab.amplifier() as amp:
         recorder = lab.start("record", "s01", *EEG_ONLY)
         _until(lambda: bool(lab.parts()))

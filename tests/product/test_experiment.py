@@ -75,6 +75,29 @@ def test_a_screen_that_is_smaller_than_the_grid_is_refused(hrcneuro, tmp_path):
     assert not list(tmp_path.rglob("experiment.jsonl"))
 
 
+def test_what_cannot_be_gone_on_with_is_refused_before_a_window_opens(hrcneuro, tmp_path):
+    """Where no window can open, that would be said otherwise."""
+    place, nowhere = tmp_path / "recordings" / "s01", {"DISPLAY": "", "WAYLAND_DISPLAY": "", "SDL_VIDEODRIVER": ""}
+    words = ["s01", *ALONE, "--human", "simulated", *lab.sized(TWO), "--workdir", tmp_path]
+
+    def refused(code, text, *more):
+        done = hrcneuro("experiment", *words, "--resume", *more, env=nowhere)
+        assert (done.code, text in done.err) == (code, True), done.err
+
+    refused(3, "no experiment to go on with")
+    begun = hrcneuro("experiment", "s01", *VIRTUAL, *lab.sized(TWO), "--workdir", tmp_path)
+    assert begun.code == 0, begun.err
+    refused(2, "is complete")
+    journal = place / "experiment.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(lines[:-8]))
+    refused(2, "seed is 7, and was 2023", "--set", "acquire.seed=7")
+    refused(4, "neither DISPLAY nor WAYLAND_DISPLAY is set")
+    journal.write_text("".join([lines[0], "damaged\n", *lines[1:]]))
+    refused(3, "line 2 is damaged")
+    assert journal.read_text().splitlines()[1] == "damaged"
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -200,8 +223,10 @@ def test_the_experimenter_pauses_notes_goes_on_and_ends(tmp_path):
         desk.press("q")
         desk.shows("q once more ends the session")
         desk.press("q")
-        assert desk.run.process.wait(lab.PATIENCE) == 1
-    assert lab.last(desk.run.place)["complete"] is False
+        assert desk.run.process.wait(lab.PATIENCE) == 130
+        desk.shows("ended early")
+    end = lab.last(desk.run.place)
+    assert (end["complete"], end["why"]) == (False, "the experimenter ended it")
     lab.check_log(desk.run.place)
 
 
@@ -232,7 +257,7 @@ def test_a_full_disk_pauses_the_session_until_there_is_room(tmp_path):
         desk.run.until("move", 6)
         assert len(desk.run.lines("pause")) == 1
         desk.press("qq")
-        assert desk.run.process.wait(lab.PATIENCE) == 1
+        assert desk.run.process.wait(lab.PATIENCE) == 130
         lab.check_log(desk.run.place)
         lab.same_so_far(desk.run.place, TWO)
 
@@ -248,7 +273,7 @@ def test_a_lost_arm_is_told_and_logged_and_the_move_is_made_again(tmp_path):
         desk.run.until("arm ready", 2)
         lab.wait_for(lambda: [row for row in lab.rows_of(desk.run.place) if row.get("again")])
         desk.press("qq")
-        assert desk.run.process.wait(lab.PATIENCE) == 1
+        assert desk.run.process.wait(lab.PATIENCE) == 130
         assert len([row for row in lab.rows_of(desk.run.place) if row.get("again")]) == 1
         lab.check_log(desk.run.place)
         lab.same_so_far(desk.run.place, TWO)

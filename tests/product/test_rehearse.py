@@ -1,5 +1,6 @@
 """The dress rehearsal at virtual pace and small size: a session without a person, recorded, checked and analysed."""
 
+import json
 from pathlib import Path
 
 import pandas as pd
@@ -37,6 +38,27 @@ def test_the_session_is_whole_and_so_is_its_recording(rehearsed):
     # Every move has its marker, and every marker its edge in the EEG.
     assert (about["timing"]["markers"], about["timing"]["without_edge"]) == (session["moves"], 0)
     assert Path(about["folder"]).is_relative_to(folder)
+    # As of any recording.
+    (notes,) = Path(about["folder"]).glob("recordings/s01/*/session.json")
+    (part,) = json.loads(notes.read_text())["parts"]
+    assert {"hrcneuro", "numpy"} <= set(part["versions"])
+    assert {"file", "began", "clock_s", "state"} <= set(part)
+
+
+def test_the_whole_grid_is_tried_once(monkeypatch, tmp_path):
+    """Before anything is written; what was tried serves the session, too."""
+    from hrcneuro.cli import rehearsing
+    from hrcneuro.cli.options import Options
+    from hrcneuro.robot.lookahead import LookAhead
+
+    tried, grid = [], LookAhead.grid
+    monkeypatch.setattr(LookAhead, "grid", lambda self, t_f: tried.append(t_f) or grid(self, t_f))
+    monkeypatch.setattr(rehearsing, "_told", lambda *given, **named: 0)
+    size = [f"acquire.session.{key}={value}" for key, value in SIZE.items()]
+    options = Options(config=Path("smoke"), set=size, workdir=tmp_path)
+    assert rehearsing.run(options, "s01", "virtual", screen=False, patient=False) == 0
+    assert list(tmp_path.rglob("experiment.jsonl"))
+    assert len(tried) == 1
 
 
 def test_what_was_recorded_is_what_a_simulated_subject_does(rehearsed):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import pytest
 
 from hrcneuro.robot import lookahead as module
@@ -10,7 +12,7 @@ from hrcneuro.robot.backend import Cause
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.lookahead import LookAhead
 from hrcneuro.robot.parameters import Pace, Safety
-from hrcneuro.robot.plan import TooQuick
+from hrcneuro.robot.plan import PlannedMove, TooQuick
 from hrcneuro.robot.rehearsal import Foreseen
 from hrcneuro.robot.tracking import Tracking
 from hrcneuro.robot.workspace import Flaw, WayError, Workspace
@@ -113,3 +115,49 @@ def test_an_approach_that_a_limit_would_stop_is_foreseen(look):
     assert caught.value.cause is Cause.OUT_OF_BOX
     with pytest.raises(Foreseen, match="nothing has moved"):
         ahead.grid(0.6)
+
+
+FLOWING = Pace(start_next="in_radius")
+FORTH, BACK = ((5, 6), (6, 6)), ((6, 6), (5, 6))
+
+
+def weak(workspace, pace):
+    """Return what looks ahead for joints that accelerate enough from rest, and not enough to turn back on the move."""
+    loops = rehearsing(workspace, tracking=Tracking(), safety=Safety(max_acceleration=7.0))
+    return loops, LookAhead(workspace, pace=pace, acceleration=12.0, lead_given=True, make_loop=loops)
+
+
+def test_a_move_that_takes_over_without_rest_is_looked_ahead_to_as_it_will_be_made(workspace):
+    _, ahead = weak(workspace, FLOWING)
+    for way in (FORTH, BACK):
+        ahead.move(*way, 0.45)
+    with pytest.raises(Foreseen, match=r"from tile \(6, 6\) to \(5, 6\) in 0\.45 s, on the move after that") as caught:
+        ahead.move(*BACK, 0.45, after=(FORTH[0], 0.45))
+    assert caught.value.cause is Cause.OFF_PATH
+    assert "it was not begun" in str(caught.value)
+    _, ahead = weak(workspace, PACE)
+    ahead.move(*BACK, 0.45, after=(FORTH[0], 0.45))
+
+
+def test_so_is_one_of_a_replay(workspace):
+    moves = [
+        PlannedMove("", False, 1, 1, trial, start, end, trial == 0, 0.45, 0.5)
+        for trial, (start, end) in enumerate([FORTH, BACK])
+    ]
+    for pace, stopped in ((PACE, False), (FLOWING, True)):
+        loops, _ = weak(workspace, pace)
+        expected = pytest.raises(Foreseen, match="on the move after that") if stopped else contextlib.nullcontext()
+        with expected:
+            module.rehearsal.rehearse(moves, workspace, pace=pace, lead_given=True, make_loop=loops)
+
+
+def test_where_moves_flow_each_is_tried_behind_each_other_before_a_session_and_then_no_more(workspace, monkeypatch):
+    _, ahead = weak(workspace, FLOWING)
+    driven = []
+    monkeypatch.setattr(module.rehearsal, "drive", lambda way, *given, **named: driven.append(way.name))
+    ahead.grid(0.6)
+    # A tile's neighbours, squared: four corners, twenty tiles at an edge, 25 within.
+    assert sum("on the move after that" in name for name in driven) == 4 * 4 + 20 * 9 + 25 * 16
+    before = len(driven)
+    ahead.move((3, 3), (3, 4), 0.6, after=((2, 3), 0.7))
+    assert len(driven) == before

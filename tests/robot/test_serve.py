@@ -15,7 +15,7 @@ from hrcneuro.robot.kinematics import forward
 from hrcneuro.robot.parameters import Pace
 from hrcneuro.robot.plan import PlannedMove
 from hrcneuro.robot.requests import Make
-from hrcneuro.robot.session import Executed, run_session, serve
+from hrcneuro.robot.session import ExecutedMove, run_session, serve
 
 PACE = Pace(pause_s=0.1)
 
@@ -53,7 +53,7 @@ class Outside:
             self.waiting.append(Approach(self.moves[0].start))
         elif isinstance(event, Arrived):
             self.waiting.append(Make(self.asked, self.moves[self.asked], event.when + PERIOD + self.pace.pause_s))
-        elif isinstance(event, Executed) and self.pace.start_next == "at_rest":
+        elif isinstance(event, ExecutedMove) and self.pace.start_next == "at_rest":
             self.decide(event.index, began=event.began)
 
     def decide(self, index, *, began=None):
@@ -90,17 +90,17 @@ def test_requests_one_by_one_move_the_arm_as_a_replay_does(make_loop, workspace)
             replayed, workspace, MOVES, lead=0.027, most_lead=0.05, pace=PACE, on_executed=lambda executed: None
         )
     loop, outside = served(make_loop, workspace, MOVES)
-    assert len(of(outside, Executed)) == len(MOVES)
+    assert len(of(outside, ExecutedMove)) == len(MOVES)
     assert bytes(loop.record.rows(0)) == bytes(replayed.record.rows(0))
 
 
 def test_what_happens_is_told_in_order(make_loop, workspace):
     _, outside = served(make_loop, workspace, MOVES)
     kinds = [type(event).__name__ for event in outside.events]
-    a_move, stays = ["InRadius", "Executed"], ["Stays", "InRadius", "Executed"]
+    a_move, stays = ["InRadius", "ExecutedMove"], ["Stays", "InRadius", "ExecutedMove"]
     assert kinds == ["Ready", "Arrived", *a_move, *a_move, *stays, *a_move, *a_move, "Arrived", *stays, *a_move]
     assert sorted(outside.onsets) == [i for i, one in enumerate(MOVES) if not one.dwells]
-    times = [event.track.end if isinstance(event, Executed) else event.when for event in outside.events]
+    times = [event.track.end if isinstance(event, ExecutedMove) else event.when for event in outside.events]
     assert times == sorted(times)
 
 
@@ -110,9 +110,9 @@ def test_in_radius_is_the_first_cycle_within_two_millimetres(make_loop, workspac
     telemetry = loop.record.telemetry()
     off = {
         one.index: np.linalg.norm(forward(telemetry.q, tool=0.1)[:, :3, 3] - workspace.position(*one.move.end), axis=1)
-        for one in of(outside, Executed)
+        for one in of(outside, ExecutedMove)
     }
-    tracks = {one.index: one.track for one in of(outside, Executed)}
+    tracks = {one.index: one.track for one in of(outside, ExecutedMove)}
     for event in of(outside, InRadius):
         track, planned = tracks[event.index], MOVES[event.index]
         if planned.dwells:
@@ -126,7 +126,7 @@ def test_in_radius_is_the_first_cycle_within_two_millimetres(make_loop, workspac
 def test_within_the_radius_a_move_takes_over_what_else_waits_for_rest(make_loop, workspace):
     pace = dataclasses.replace(PACE, start_next="in_radius")
     loop, outside = served(make_loop, workspace, [dataclasses.replace(one, gap=np.nan) for one in MOVES], pace)
-    executed = of(outside, Executed)
+    executed = of(outside, ExecutedMove)
     assert [one.flowed for one in executed] == [False, True, False, False, True, False, False]
     for before, after in itertools.pairwise(executed):
         if after.flowed:

@@ -81,3 +81,24 @@ def test_an_onset_code_with_a_plus_in_its_name_is_one_code():
     other = pd.DataFrame({"onset_s": [1.0, 2.0], "event": ["A", "B"]})
     found = matching.match_onsets(pd.concat([other, both], ignore_index=True), trials, event="A+B")
     np.testing.assert_array_equal(found.onsets_s, trials["onset_s"])
+
+
+@pytest.mark.parametrize("practice", [True, False])
+def test_motions_that_began_again_or_never_ended_have_markers_of_no_row(practice):
+    trials = logged(4)
+    keys = list(trials[["practice", "block", "episode", "trial"]].itertuples(index=False, name=None))
+    onsets = trials["onset_s"].tolist()
+    at = len(keys) // 2
+    begun, when = list(keys), list(onsets)
+    # Stopped once and made again, a good while before; and one after the last row, which never ended.
+    begun.insert(at, keys[at])
+    when.insert(at, (onsets[at - 1] + onsets[at]) / 2)
+    begun.append((False, 99, 1, 0))
+    when.append(onsets[-1] + 5)
+    kept = [practice or not key[0] for key in begun]
+    seen = markers(np.array(when)[kept])
+    found = matching.match_onsets(seen, trials, begun=begun)
+    expected = trials["onset_s"] if practice else trials["onset_s"].where(~trials["practice"])
+    np.testing.assert_array_equal(found.onsets_s, expected)
+    with pytest.raises(DataError, match="motions that began, code 33025 occurs"):
+        matching.match_onsets(seen.iloc[1:], trials, begun=begun)

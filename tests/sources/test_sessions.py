@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from experiment_log import begun, play, simulated
 from foreign import save_log_files
 from recorded_lab import SFREQ, Lab, marker_of
 
@@ -70,6 +71,82 @@ def test_what_was_sent_comes_back_and_each_move_lies_on_its_sample(lab, tmp_path
     difference = onsets["difference_ms"].dropna()
     assert difference.median() == pytest.approx(37 if "delay=0.037" in what else 0, abs=4)
     assert "onsets are the trigger channel's edges" in " ".join(summary["notes"])
+
+
+class Triggered:
+    """An experiment by trigger port alone: a motion each that began, whatever became of it."""
+
+    def __init__(self, folder, seed=1):
+        self.folder, self.trials = folder / "recordings" / "s01", simulated(seed)
+        self.onsets = []  # of the triggers, s
+
+    def log(self):
+        """Write a log that was broken off in a block, and before that in the first move of one, and gone on with.
+
+        Return it, with the onsets of its rows where they moved.
+        """
+        first = self.trials[~self.trials["practice"]]
+        n_practice = len(self.trials) - len(first)
+        moved = self.trials["executed"].notna()
+        keys = self.trials[KEYS].apply(tuple, axis=1)
+        # Killed in the first move of the first main block, which is begun again; then in the midst of that block.
+        resumed = {"resume": True}
+        for most, given in ((n_practice, {}), (20, resumed), (None, resumed)):
+            log = begun(self.folder.parent, "s01", **given)
+            play(log, self.trials, most=most, cut=True)
+            if most is None:
+                log.close(complete=True)
+            else:
+                log.close()
+        kept = experiments.beside(self.folder / "subject01.csv").onsets
+        rows = pd.read_parquet(self.folder / "trials.parquet")
+        when = dict(zip(keys, self.trials["onset_s"] + 3.0, strict=True))
+        seen = set()
+        for key in kept:
+            # What is begun again has begun a while before.
+            again = kept.count(key) > 1 and key not in seen
+            self.onsets.append(when[key] - (0.5 if again else 0.0))
+            seen.add(key)
+        assert moved.sum() < len(self.trials)
+        return rows, np.array([when[tuple(key)] for key in rows[KEYS].itertuples(index=False)])
+
+
+KEYS = ["practice", "block", "episode", "trial"]
+
+
+def test_an_experiment_by_trigger_port_alone_is_joined_by_the_motions_that_began(tmp_path):
+    """Nothing moves where the grid's edge stops a move; a motion that never ended has a trigger, too."""
+    one = Triggered(tmp_path)
+    rows, wanted = one.log()
+    edges = pd.DataFrame({"onset_s": np.sort(one.onsets)})
+    lab = Lab(one.folder / "recording", edges, marks=False).go_on().end()
+    raw, table, onsets, summary = acquired(lab, tmp_path, amp_delay_ms=37.0)
+    moved = rows["executed"].notna().to_numpy()
+    assert (~moved).sum() > 0
+    assert len(one.onsets) == moved.sum() + 2
+    assert table["onset_sample"].notna().to_numpy().tolist() == moved.tolist()
+    sample = table["onset_sample"].to_numpy(float)[moved]
+    assert np.abs(sample - (np.round(wanted[moved] * SFREQ) - sent_as(raw)[0])).max() <= 1
+    assert onsets["marker_s"].isna().all()
+    assert onsets["trigger_s"].notna().to_numpy().tolist() == moved.tolist()
+    notes = " ".join(summary["notes"])
+    assert "2 of the motions that began did not come to their end" in notes
+    assert "moves that the grid's edge stopped have no markers" in notes
+
+
+def test_an_older_experiments_log_tells_by_its_moves_what_has_begun(tmp_path):
+    trials = simulated(2)
+    with begun(tmp_path, "s01") as log:
+        play(log, trials, most=30)
+    journal = tmp_path / "s01" / experiments.FILE
+    lines = [json.loads(line) for line in journal.read_text().splitlines()]
+    lines = [line for line in lines if line["kind"] != "onset"]
+    moved = [line for line in lines if line["kind"] == "move" and line["executed"]]
+    moved[3]["again"] = True
+    journal.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    expected = [tuple(line[key] for key in KEYS) for line in moved]
+    expected.insert(3, expected[3])
+    assert experiments.onsets_of(tmp_path / "s01" / "subject01.csv") == tuple(expected)
 
 
 def test_without_a_trigger_the_markers_count_by_the_clocks_and_the_delay_that_is_configured(lab, tmp_path, trials):

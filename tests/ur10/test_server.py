@@ -1,5 +1,6 @@
 """The controller on real sockets, from outside."""
 
+import os
 import random
 import signal
 import socket
@@ -111,6 +112,10 @@ def test_signals_end_it_in_order(number):
     (["--address", "192.168.0.7"], 2, "can be reached from outside"),
     (["--address", "robot"], 2, "no IPv4 address"),
     (["--software", "5.11.0.1"], 2, "no CB3 software"),
+    (["--software", "3"], 2, "no CB3 software"),
+    (["--software", "3.4"], 2, "3.5 or later"),
+    (["--software", "3.9.x"], 2, "give 3.9,"),
+    (["--software", "3.15.8.1.2"], 2, "no CB3 software"),
     (["--fault", "drops=1"], 2, "did you mean 'drop'"),
     (["--programs", __file__ + ".none"], 2, "No such file"),
     (["--programs", ""], 2, "an empty name is no folder"),
@@ -122,12 +127,27 @@ def test_bad_arguments_are_refused(arguments, code, part):
     assert (done.returncode, part in done.stderr) == (code, True), done.stderr
 
 
+def test_a_short_version_is_one_too(served):
+    one = served("--software", "3.15")
+    assert one.ask("PolyscopeVersion") == ["URSoftware 3.15.0.0 (Jan 01 2019)"]
+
+
 def test_a_taken_address_is_an_error_with_a_cure(shared):
     done = subprocess.run([sys.executable, "-m", "hrcneuro", "ur10", "serve", "--address", shared.address],
                           capture_output=True, text=True, timeout=30)  # fmt: skip
     assert done.returncode == 4
     assert "cannot listen" in done.stderr
     assert "cure:" in done.stderr
+
+
+def test_it_runs_before_the_machines_other_work_where_that_is_allowed(shared):
+    allowed = subprocess.run(
+        [sys.executable, "-c", "import os; os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))"], check=False,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    if allowed.returncode:
+        pytest.skip("this account may not")
+    assert os.sched_getscheduler(shared.process.pid) == os.SCHED_FIFO
 
 
 def test_the_lateness_of_cycles_is_told_in_the_end():

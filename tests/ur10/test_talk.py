@@ -111,6 +111,20 @@ def test_sockets_have_a_number(robot, peer):
     assert (said.count("True"), said[-1]) == (32, "False")
 
 
+def test_a_connection_takes_a_cycle_but_for_a_secondary_program(robot, peer):
+    opened = f'textmsg(socket_open("127.0.0.1", {peer.getsockname()[1]}, "NAME"))\n'
+    program = "def p():\n" + opened.replace("NAME", "a") + opened.replace("NAME", "b") + "end\n"
+    robot.controller.start(robot.compile(program))
+    said = []
+    for _ in range(3):
+        robot.controller.cycle()
+        said.append(sum(text == "True" for _, text in robot.log))
+    assert said == [0, 1, 2]
+    robot.controller.start(robot.compile("sec s():\n" + opened.replace("NAME", "c") + 'socket_close("c")\nend\n'))
+    robot.controller.cycle()
+    assert robot.log[-1] == ("text", "True")
+
+
 def test_who_reads_on_and_on_does_not_use_too_much_time(talk, robot):
     talk("while True:\nx = socket_read_byte_list(1)\nend", b"x" * 60_000, seconds=2.0)
     assert robot.controller.program is not None

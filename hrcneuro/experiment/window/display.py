@@ -75,6 +75,16 @@ def _window(options: WindowOptions, screen: tuple[int, int]) -> pygame.Surface:
             f"screen {options.display} gives no window of {size[0]} × {size[1]} pixels: {error}",
             cure="choose another screen (experiment.window.display), or a window: experiment.window.windowed = true",
         ) from error
+    if not options.windowed and surface.get_size() != screen:
+        # SDL lists the screens of an X server that has several, and opens every window on the first.
+        size = surface.get_size()
+        pygame.display.quit()
+        raise HardwareError(
+            f"screen {options.display} has {screen[0]} × {screen[1]} pixels, and the window on it came out with "
+            f"{size[0]} × {size[1]}: it lies on another screen, or is scaled",
+            cure="let the window system join its screens to one desktop (xrandr --output … --right-of …), each at its "
+            "own resolution and a scale of 1",
+        )
     pygame.display.set_caption("hrcneuro")
     pygame.display.set_allow_screensaver(False)
     pygame.mouse.set_visible(options.windowed)

@@ -179,10 +179,13 @@ def test_a_scene_that_cannot_be_drawn_ends_it_with_a_reason(screen):
 
 def test_the_loop_ends_with_the_other_end(unseen, screen):
     with serving(screen) as (ours, loop):
-        threading.Timer(0.05, ours.close).start()
+        closer = threading.Timer(0.05, ours.close)
+        closer.start()
         begun = seconds()
         loop.run()
         assert seconds() - begun < PATIENCE
+        # The loop hears the end before the other thread has left close(): two at once would close the file twice.
+        closer.join()
 
 
 def test_the_card_is_measured_with_arrows_and_enter(unseen, screen):

@@ -1,5 +1,6 @@
 """The window in a process of its own, as the flow uses it."""
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+import xvfb
 
 from hrcneuro.arms.clock import seconds
 from hrcneuro.errors import ConfigError, HardwareError
@@ -161,3 +163,15 @@ def test_another_turn_is_a_mistake():
         "experiment.window.rotate = 45: 0, 90, 180 or 270"
         in window_mistakes(WindowOptions(rotate=45), "experiment.window")[0]
     )
+
+
+@pytest.mark.skipif(bool(xvfb.absent()), reason=xvfb.absent() or "")
+def test_a_window_that_comes_out_on_another_screen_than_was_asked_for_is_refused(monkeypatch):
+    """Of an X server with several screens, SDL lists all and opens each window on the first."""
+    with xvfb.screen(1280, 720, (1600, 900)) as display:
+        monkeypatch.setenv("DISPLAY", display)
+        monkeypatch.delenv("SDL_VIDEODRIVER")
+        with Window(FITTED) as window:
+            assert window.opened.size == (1280, 720)
+        with pytest.raises(HardwareError, match=r"screen 1 has 1600 × 900 pixels, and the window .* 1280 × 720"):
+            Window(dataclasses.replace(FITTED, display=1))
