@@ -13,7 +13,7 @@ from hrcneuro import published
 from hrcneuro.analyses.decode_subject import as_json
 from hrcneuro.decoding import group
 from hrcneuro.io.tables import Table
-from hrcneuro.tables.decode import ABOVE, COMPARED, EXTRA, SCORES, SUBJECTS, TABLE2, TESTS
+from hrcneuro.tables.decode import ABOVE, COMPARED, EXTRA, SCORES, SHARES, SUBJECTS, TABLE2, TESTS
 
 _KEY = {name: SCORES.columns[name] for name in ("scenario", "problem", "decoder")}
 MEASURES = ("tnr", "tpr", "acc", "bacc", "auc", "chance", *EXTRA)
@@ -43,7 +43,7 @@ def table2(scores: pd.DataFrame) -> pd.DataFrame:
         for measure in MEASURES:
             ours = group.spread(part[measure].to_numpy(dtype=float))
             mean, sd = printed[measure].value if measure in printed else (math.nan, math.nan)
-            detectable = math.nan if measure == "chance" else ours.detectable
+            detectable = math.nan if measure in SHARES else ours.detectable
             if measure == "chance" and printed:
                 mean = published.CHANCE.value
             key = (scenario, problem, decoder, measure)

@@ -48,7 +48,10 @@ class ProblemRows:
         rates = decoded.fold_rates.mean() | {"lobo_bacc": decoded.lobo_bacc}
         rates |= {"matched_bacc": decoded.matched_bacc} | _strata_means(decoded.strata) | self.label_free
         row = {name: 100 * value for name, value in rates.items()}
-        row["bacc_se"] = bacc_standard_error(row["tnr"], row["tpr"], self.shared["n1"], self.shared["n2"])
+        n1, n2 = self.shared["n1"], self.shared["n2"]
+        row["bacc_se"] = bacc_standard_error(row["tnr"], row["tpr"], n1, n2)
+        row["stays"] = (row["tnr"] * n1 + (100 - row["tpr"]) * n2) / (n1 + n2)
+        row["stays_rule_acc"] = 100 * n1 / (n1 + n2)
         if decoded.permutation is not None:
             row |= {"permutation_bacc": 100 * decoded.permutation.statistic, "p": decoded.permutation.p}
         note = "; ".join(self._notes(decoded, permuted=permuted))

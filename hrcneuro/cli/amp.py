@@ -31,6 +31,7 @@ def amp(
         ),
     ] = None,
     seconds: Annotated[float, typer.Option(help="End by itself after so long; 0: at Ctrl-C.", min=0)] = 0,
+    sitting: Annotated[int, typer.Option(help="Another recording of the same simulated person: 1, 2, …", min=0)] = 0,
     stream: Annotated[str, typer.Option(help="The stream's name.")] = "actiCHamp",
 ) -> int:
     """Send until told to end."""
@@ -43,5 +44,13 @@ def amp(
     check_subject(study, subject)
     recorded = amplifying.recorded(options, study, subject) if replay else None
     return amplifying.run(
-        study, subject, stream, recorded, faults, bring.console(options), seconds=seconds, as_json=options.json
+        study,
+        subject,
+        stream,
+        recorded,
+        faults,
+        bring.console(options),
+        seconds=seconds,
+        as_json=options.json,
+        sitting=sitting,
     )

@@ -126,13 +126,14 @@ def run(
     *,
     seconds: float = 0,
     as_json: bool = False,
+    sitting: int = 0,
 ) -> int:
     """Send until Ctrl-C, the recording's end or so many seconds; return 0.
 
     Raises:
         HardwareError: mne-lsl is absent.
     """
-    brain = None if source is not None else brain_of(study, subject)
+    brain = None if source is not None else brain_of(study, subject, sitting=sitting)
     signal_, types = (source.signal, source.kinds) if source is not None else (brain, kinds())
     assert signal_ is not None
     with LslNetwork() as network:
@@ -183,15 +184,15 @@ def _of_moves(person: Person) -> str:
     return late + (f"; {person.unknown} moves without truth" if person.unknown else "")
 
 
-def brain_of(study: Settings, subject: str) -> Endless:
-    """Return the EEG of a simulated person, without an end."""
+def brain_of(study: Settings, subject: str, *, sitting: int = 0) -> Endless:
+    """Return the EEG of a simulated person, without an end; each ``sitting`` is another recording of the same head."""
     from hrcneuro.eeg.synthetic.endless import Endless
     from hrcneuro.sources.simulated import generator
 
     acquire = study.sections["acquire"]
     # Channels go bad on demand, not by chance: what is tried with them should be the same each time.
     sound = replace(acquire.eeg, bad_channels=0, noisy_channels=0)
-    return Endless(params=sound, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"))
+    return Endless(params=sound, sfreq=acquire.sfreq, rng=generator(acquire.seed, subject, "amp"), sitting=sitting)
 
 
 def kinds() -> Sequence[str]:

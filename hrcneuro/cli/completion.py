@@ -76,6 +76,11 @@ def paces(incomplete: str) -> list[str]:
     return [name for name in _choices("experiment", "pace") if name.startswith(incomplete)]
 
 
+def modes(incomplete: str) -> list[str]:
+    """Return the modes of the closed loop."""
+    return [name for name in _choices("online", "mode") if name.startswith(incomplete)]
+
+
 def executors(incomplete: str) -> list[str]:
     """Return the executors that begin so."""
     from hrcneuro.pipeline.executors import NAMES

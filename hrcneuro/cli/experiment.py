@@ -42,6 +42,9 @@ def experiment(
     display: Annotated[int, typer.Option(help="Number of the person's screen.", min=0)] = 0,
     no_screen: Annotated[bool, typer.Option("--no-screen", help="No window: for a simulated person.")] = False,
     no_lsl: Annotated[bool, typer.Option("--no-lsl", help="Send no markers over LSL.")] = False,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="Closed blocks: the robot acts by what 'hrcneuro online' learns.")
+    ] = False,
     patient: Annotated[
         bool, typer.Option("--patient", help="Count packets that come late instead of stopping: ursim only.")
     ] = False,
@@ -65,6 +68,7 @@ def experiment(
         "--display": [f"experiment.window.display={display}"] if display else [],
         "--no-screen": ["experiment.screen=false"] if no_screen else [],
         "--no-lsl": ["experiment.markers=none"] if no_lsl else [],
+        "--closed": ["experiment.loop=closed"] if closed else [],
         "--patient": ["robot.patient=true"] if patient else [],
     }
     return experimenting.run(options, subjects, given, resume=resume)

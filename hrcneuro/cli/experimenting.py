@@ -19,7 +19,6 @@ from hrcneuro.experiment import session
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
-from hrcneuro.paradigm.session import protocol
 from hrcneuro.pipeline.graph import check_subject
 
 _STOPPED, _EARLY, _WANTED = 4, 1, 130
@@ -89,7 +88,7 @@ def _real(options: Options, study: Settings, setup: Setup, resume: bool) -> Seen
     from hrcneuro.experiment.real import RealTime
 
     declared = [key for key, one in study.live["record"].streams.items() if one.sfreq != 0.0]
-    with Desk(bring.console(options), setup.session.blocks) as desk:
+    with Desk(bring.console(options), setup.n_blocks) as desk:
         desk.say(f"the session of {setup.subject} begins: the arm {setup.arm.backend} comes to its place")
         return RealTime(setup, desk, streams=declared).run(resume=resume)
 
@@ -109,7 +108,7 @@ def would(setup: Setup, resume: bool = False) -> dict[str, Any]:
     session.looked_ahead(setup)
     return {
         "subject": setup.subject,
-        "blocks": len(list(protocol(setup.session))),
+        "blocks": setup.n_blocks,
         "arm": setup.arm.backend,
         "pace": setup.options.pace,
         "resume": resume,
@@ -131,7 +130,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
     """Return how a session went, for a program."""
     return {
         "subject": setup.subject,
-        "folder": str(setup.folder / setup.subject),
+        "folder": str(setup.place),
         "whole": seen.whole,
         "blocks": seen.blocks_done,
         "moves": seen.n_moves,
@@ -150,7 +149,7 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
     """Return how a session went, for a person."""
     ignored = ", ".join(f"{why} {n}" for why, n in seen.ignored.items())
     keys = f"{counted(seen.keys[''], 'key')}" + (f" (ignored: {ignored})" if ignored else "")
-    place = setup.folder / setup.subject
+    place = setup.place
     lines = [f"{setup.subject}: {counted(seen.blocks_done, 'block')}, {counted(seen.n_moves, 'move')}, {keys}"]
     if seen.stops:
         lines.append(f"  the arm was stopped {counted(seen.stops, 'time')}: {seen.trouble or 'it went on'}")

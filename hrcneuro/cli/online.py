@@ -21,7 +21,7 @@ from hrcneuro.cli.options import Options
 def online(
     options: Options,
     subject: Annotated[str, typer.Argument(help="Whose session.", autocompletion=completion.subjects)],
-    mode: Annotated[str, typer.Option(help="shadow, semi or closed.")] = "",
+    mode: Annotated[str, typer.Option(help="shadow, semi or closed.", autocompletion=completion.modes)] = "",
     replay: Annotated[Path | None, typer.Option(help="A recording's folder: the same over what was recorded.")] = None,
     chunk: Annotated[int, typer.Option(help="Samples that come together in a replay.", min=1)] = 10,
     log: Annotated[
@@ -30,6 +30,9 @@ def online(
     decoder: Annotated[
         Path | None, typer.Option(help="Folder of a decoder; without it the subject's own, of calibrate.")
     ] = None,
+    go_on: Annotated[
+        bool, typer.Option("--go-on", help="Begin with what the subject's last loop had learned, from its log.")
+    ] = False,
     seconds: Annotated[float, typer.Option(help="End by itself after so long; 0: at the end, or Ctrl-C.", min=0)] = 0,
 ) -> int:
     """Decide until the session ends; return the exit code."""
@@ -41,4 +44,4 @@ def online(
     task = onlining.Task(study, subject, options, decoder)
     if options.dry_run:
         return task.look()
-    return task.replay(replay, chunk, log) if replay is not None else task.live(seconds)
+    return task.replay(replay, chunk, log) if replay is not None else task.live(seconds, go_on=go_on)

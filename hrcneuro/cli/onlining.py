@@ -24,11 +24,12 @@ from hrcneuro.errors import ConfigError, DataError, StageError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.online import OnlineLearner, rates_of
-from hrcneuro.live import decisions, online_streams, replaying
+from hrcneuro.learning.online import OnlineLearner, Policy, rates_of
+from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
 from hrcneuro.live.parameters import OnlineOptions
+from hrcneuro.live.policies import source_of
 from hrcneuro.live.transport import DECISIONS
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -53,15 +54,7 @@ class Task:
         self._parent = options.workdir.absolute() / self._record.folder / subject
 
     def _learner(self) -> OnlineLearner:
-        one = self._wanted
-        kind = kinds(alpha=one.alpha, ddof=0, horizon=one.horizon)[one.learner]
-        rates = rates_of(self._about.get("summary", {}).get("problems", {}))
-        if rates is None and kind.evidence == "decision" and one.learner == "bayes":
-            raise ConfigError(
-                "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
-                cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
-            )
-        return OnlineLearner(kind, tau=one.tau, floor=one.floor, rates=rates)
+        return learner_of(self._wanted, self._about)
 
     # --- live -----------------------------------------------------------------------------------------------------
 
@@ -79,14 +72,16 @@ class Task:
         )
         return 0
 
-    def live(self, seconds: float) -> int:
+    def live(self, seconds: float, *, go_on: bool = False) -> int:
         """Decide until a marker tells that the session has ended, Ctrl-C, or so many seconds; return the exit code.
 
         Raises:
             HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves.
             ConfigError, StageError: The log cannot be written.
+            DataError: There is no loop to go on with, or it was another one.
         """
         learner = self._learner()
+        policy = self._relearn(learner) if go_on else None
         # Threads of BLAS that wait for each other take longer than these products.
         with interrupts.whole(), threadpool_limits(1):
             with LslNetwork() as network:
@@ -98,13 +93,15 @@ class Task:
                     "Markers",
                     ["decision"],
                     sfreq=0,
-                    source_id=f"hrcneuro-online-{self._subject}-{os.getpid()}",
+                    source_id=source_of(self._subject, os.getpid()),
                 )
                 view = View(self._talk, self._record, self._wanted, log.path)
                 loop = Online(
                     network, network.clock, eeg, self._decoder, learner, self._wanted, subject=self._subject,
                     publish=outlet.send, log=log, rail_uv=self._record.rail_uv, tell=view.tell,
                 )  # fmt: skip
+                if policy is not None and self._wanted.mode == "semi":
+                    loop.deciding.policy = policy
                 interrupts.once(lambda: self._talk.say("the log is being ended; a moment"))
                 interrupts.hold()
                 begun, work = time.monotonic(), time.process_time()
@@ -126,6 +123,12 @@ class Task:
         }
         self._answer(told)
         return 0
+
+    def _relearn(self, learner: OnlineLearner) -> Policy | None:
+        path = going_on.newest(self._parent)
+        begun = going_on.relearned(decisions.lines(path), learner, self._decoder, afresh=self._wanted.afresh)
+        self._talk.say(f"goes on with what {path} tells: {learner.updates} decisions had taught")
+        return begun
 
     def _go_on(self, loop: Online, view: View, seconds: float) -> None:
         gc.collect()
@@ -224,6 +227,22 @@ class Task:
         if told["log"]:
             lines.append(f"  log: {told['log']}")
         self._talk.results(lines)
+
+
+def learner_of(options: OnlineOptions, about: Mapping[str, Any]) -> OnlineLearner:
+    """Return the learner that is configured; ``about`` is what a decoder's file says of it.
+
+    Raises:
+        ConfigError: It needs rates that the decoder has not.
+    """
+    kind = kinds(alpha=options.alpha, ddof=0, horizon=options.horizon)[options.learner]
+    rates = rates_of(about.get("summary", {}).get("problems", {}))
+    if rates is None and kind.evidence == "decision" and options.learner == "bayes":
+        raise ConfigError(
+            "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
+            cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
+        )
+    return OnlineLearner(kind, tau=options.tau, floor=options.floor, rates=rates)
 
 
 def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -14,7 +15,7 @@ from hrcneuro.cli.options import Options
 @command(
     "Rehearse a session: amplifier, recorder, experiment and analysis, simulated.",
     "rehearse s01",
-    "rehearse s01 --pace real",
+    "rehearse s01 --closed",
     name="rehearse",
 )
 def rehearse(
@@ -31,8 +32,24 @@ def rehearse(
     strict: Annotated[
         bool, typer.Option("--strict", help="At real pace: stop on packets that come late, as under a real arm.")
     ] = False,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="Calibrate on it, then closed blocks: the robot learns who does what.")
+    ] = False,
+    mode: Annotated[
+        str, typer.Option(help="Of closed blocks: shadow, semi or closed.", autocompletion=completion.modes)
+    ] = "closed",
+    sessions: Annotated[int, typer.Option(help="Closed sessions, at virtual pace.", min=1, max=999)] = 1,
+    decoder: Annotated[
+        Path | None, typer.Option(help="For closed blocks: folder of a decoder, in place of calibrating.")
+    ] = None,
 ) -> int:
     """Run the session and its analysis; return the exit code."""
     from hrcneuro.cli import rehearsing
 
+    if closed:
+        from hrcneuro.cli import rehearsing_closed
+
+        rehearsing.check_pace(pace)
+        wish = rehearsing_closed.Wish(pace, mode, sessions, decoder, screen, patient=not strict)
+        return rehearsing_closed.run(options, subject, wish)
     return rehearsing.run(options, subject, pace, screen=screen, patient=not strict)

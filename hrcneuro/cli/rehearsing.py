@@ -24,7 +24,8 @@ from hrcneuro.pipeline.walk import Item
 _ARMS = {"virtual": "sim", "real": "ursim"}
 _PACES = tuple(_ARMS)
 _STAGES = ("erp", "decode")
-_BYTES_A_SECOND = 150_000  # of 31 channels at 1 kHz, and what is made of it
+ROOM = 450_000_000
+"""Bytes: 50 minutes of 31 channels at 1 kHz, and what is made of them."""
 SYNTHETIC = "SYNTHETIC: EEG, person and arm were simulated by hrcneuro."
 
 
@@ -34,38 +35,43 @@ def run(options: Options, subject: str, pace: str, *, screen: bool, patient: boo
     Raises:
         HrcError: The session cannot be begun, or was stopped.
     """
-    if pace not in _PACES:
-        raise ConfigError(
-            f"--pace {pace!r}{did_you_mean(pace, _PACES)}; allowed: {', '.join(_PACES)}", cure="choose one of them"
-        )
-    given = _given(pace, screen=screen, patient=patient)
+    check_pace(pace)
+    given = given_at(pace, screen=screen, patient=patient)
     study = bring.settings(options, others=given)
     graph.check_subject(study, subject)
     ahead = session.looked_ahead(experimenting.setup_of(study, subject, options.workdir))
     if options.dry_run:
-        print(f"{subject}: a session at {pace} pace in {_parent(options, subject)}, then {', '.join(_STAGES)}")
+        print(f"{subject}: a session at {pace} pace in {parent(options, subject)}, then {', '.join(_STAGES)}")
         return 0
     check_room(
-        _parent(options, subject), 3000 * _BYTES_A_SECOND, what="a rehearsal", then="nothing was begun",
+        parent(options, subject), ROOM, what="a rehearsal", then="nothing was begun",
         cure="free space, or rehearse elsewhere: --workdir",
     )  # fmt: skip
-    folder = new_folder(_parent(options, subject))
-    given |= _placed(study, folder)
+    folder = new_folder(parent(options, subject))
+    given |= placed(study, folder)
     study = bring.settings(options, others=given)
     talk = bring.console(options)
     talk.say(f"rehearsing {subject} at {pace} pace in {folder}")
     if pace == "virtual":
-        seen = _virtual(study, subject, folder, ahead)
+        seen = virtual(study, subject, folder, ahead)
     else:
         from hrcneuro.cli.rehearsing_real import real
 
         seen = real(options, study, subject, folder, given, ahead)
     if not seen.whole:
-        raise _broken_off(seen, folder)
+        raise broken_off(seen, folder)
     return _told(options, subject, folder, seen, patient=patient and pace == "real")
 
 
-def _placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
+def check_pace(pace: str) -> None:
+    """Refuse a pace that there is not. Raises ConfigError."""
+    if pace not in _PACES:
+        raise ConfigError(
+            f"--pace {pace!r}{did_you_mean(pace, _PACES)}; allowed: {', '.join(_PACES)}", cure="choose one of them"
+        )
+
+
+def placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
     """Return where a rehearsal is recorded, and at which rate: the study's own, whatever a laboratory has declared."""
     rate, streams = study.sections["acquire"].sfreq, study.live["record"].streams
     places = [f"{key}={folder / 'recordings'}" for key in ("record.folder", "robot.rescue_folder")]
@@ -73,7 +79,8 @@ def _placed(study: Settings, folder: Path) -> dict[str, Sequence[str]]:
     return {"--workdir": [*places, *rates]}
 
 
-def _broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:
+def broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:
+    """Return why a session was broken off, as an error."""
     kept = f"what was recorded until then is in {folder}"
     cure = "rehearse again: the same command, which begins in a new folder"
     if seen.interrupted:
@@ -81,11 +88,13 @@ def _broken_off(seen: Seen, folder: Path) -> HardwareError | StageInterrupted:
     return HardwareError(f"the session was broken off: {seen.trouble}; {kept}", cure=seen.cure or cure)
 
 
-def _parent(options: Options, subject: str) -> Path:
+def parent(options: Options, subject: str) -> Path:
+    """Return the folder of a subject's rehearsals."""
     return options.workdir.absolute() / "rehearsals" / subject
 
 
-def _given(pace: str, *, screen: bool, patient: bool) -> dict[str, Sequence[str]]:
+def given_at(pace: str, *, screen: bool, patient: bool) -> dict[str, Sequence[str]]:
+    """Return the settings of a rehearsal at a pace."""
     base = [
         "experiment.human=simulated", f"experiment.pace={pace}", f"experiment.screen={str(screen).lower()}",
         # A laboratory's arm and its port are not for rehearsals.
@@ -101,7 +110,8 @@ def _given(pace: str, *, screen: bool, patient: bool) -> dict[str, Sequence[str]
     return {"--pace": base}
 
 
-def _virtual(study: Settings, subject: str, folder: Path, ahead: Ahead) -> Seen:
+def virtual(study: Settings, subject: str, folder: Path, ahead: Ahead) -> Seen:
+    """Run a session of the study at virtual pace; return what was seen of it."""
     from hrcneuro.cli.amplifying import brain_of, kinds
     from hrcneuro.experiment.rehearsal import Lab, Rehearsal
 
@@ -112,7 +122,7 @@ def _virtual(study: Settings, subject: str, folder: Path, ahead: Ahead) -> Seen:
 
 def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: bool) -> int:
     """Analyse what was recorded, and tell what came of it all."""
-    where = replace(options, workdir=folder, set=[*(options.set or ()), *_analysed(subject, folder)])
+    where = replace(options, workdir=folder, set=[*(options.set or ()), *analysed(subject, folder)])
     study = bring.settings(where)
     setup = experimenting.setup_of(study, subject, folder)
     talk = bring.console(options)
@@ -142,7 +152,8 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: 
     return code or int(bool(trouble or broken))
 
 
-def _analysed(subject: str, folder: Path) -> list[str]:
+def analysed(subject: str, folder: Path) -> list[str]:
+    """Return the settings with which a rehearsal's recording is analysed."""
     path = folder / "recordings" / "{subject}" / "*"
     return [
         "acquire.source=recording", f"acquire.path={path}", f"study.subjects=['{subject}']", "study.exclude=[]",

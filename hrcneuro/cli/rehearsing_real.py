@@ -38,8 +38,12 @@ def real(
     folder: Path,
     given: Mapping[str, Sequence[str]],
     ahead: Ahead,
+    *,
+    decoder: Path | None = None,
 ) -> Seen:
-    """Run one block beside ``amp`` and ``record``, with an arm for which was looked ahead; return what was seen of it.
+    """Run one block beside ``amp`` and ``record``, and beside ``online`` with a decoder; return what was seen of it.
+
+    The arm is one for which was looked ahead.
 
     Raises:
         HrcError: The session cannot be begun.
@@ -54,10 +58,13 @@ def real(
     common = ["--workdir", str(folder), *(["--config", str(options.config)] if options.config else [])]
     for one in [*(options.set or ()), *(text for texts in given.values() for text in texts)]:
         common += ["--set", one]
+    # Another sitting than the one that was calibrated on.
+    sitting = ["--sitting", "1"] if decoder is not None else []
     with (
-        _beside("amp", [subject, *common], folder) as amp,
+        _beside("amp", [subject, *sitting, *common], folder) as amp,
         _beside("record", [subject, *common], folder) as recorder,
-        Desk(bring.console(options), setup.session.blocks) as desk,
+        _deciding(subject, decoder, common, folder),
+        Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
             return RealTime(setup, desk, streams=["eeg"], ahead=ahead).run()
@@ -68,6 +75,14 @@ def real(
                         f"'hrcneuro {name}' ended by itself: {_last_words(folder / f'{name}.txt')}",
                         cure=f"see {folder / f'{name}.txt'}",
                     )
+
+
+def _deciding(
+    subject: str, decoder: Path | None, common: Sequence[str], folder: Path
+) -> contextlib.AbstractContextManager[object]:
+    if decoder is None:
+        return contextlib.nullcontext()
+    return _beside("online", [subject, "--decoder", str(decoder), *common], folder)
 
 
 @contextlib.contextmanager

@@ -48,39 +48,68 @@ def blocks(
     return found
 
 
-def units(settings: Settings, workdir: Workdir, stage: str) -> list[str]:
-    """Return the units of a stage that speak for it, of those that have run: the group and a sweep, else every subject.
-
-    Where nothing has run with this configuration, those that have run with another one.
+def asked_for(settings: Settings, workdir: Workdir, stage: str, unit: str = "") -> dict[str, Mapping[str, Any]]:
+    """Return unit -> summary of what the configuration asks for; without a unit, of those that speak for the stage.
 
     Raises:
-        DataError: It has not run.
+        ConfigError: The study has no such unit.
+        DataError: It has not been computed with this configuration.
     """
     from hrcneuro import stages
-    from hrcneuro.errors import DataError
     from hrcneuro.pipeline import asked
 
+    if unit:
+        return {unit: asked.result(settings, workdir, stage, unit).summary}
     loaded = stages.load(stage)
     of_study = [*settings.study.subjects, *([GROUP] if loaded.group else []), *([SWEEP] if loaded.sweep else [])]
     items = asked.standing(settings, workdir, stage, of_study)
-    here = sorted(item.unit for item in items if item.stage == stage and item.state.done and not is_piece(item.unit))
+    found = {i.unit: i.summary for i in items if i.stage == stage and i.state.done and not is_piece(i.unit)}
+    # Where there is nothing, the first of what another configuration has: why it is not asked for says it of all.
+    speaking = _speaking(settings, sorted(found)) or _speaking(settings, _ran(workdir, stage))[:1]
+    return {one: found[one] if found else asked.result(settings, workdir, stage, one).summary for one in speaking}
+
+
+def last(settings: Settings, workdir: Workdir, stage: str, unit: str = "") -> dict[str, Mapping[str, Any]]:
+    """Return unit -> summary of what was last computed, whatever its configuration; the units as :func:`asked_for`.
+
+    Raises:
+        DataError: It has not run, or is gone from the cache.
+    """
+    of = [unit] if unit else _speaking(settings, _ran(workdir, stage))
+    return {one: workdir.summary(stage, one) for one in of}
+
+
+def _ran(workdir: Workdir, stage: str) -> list[str]:
+    """Return the units of a stage that have run, whatever their configuration.
+
+    Raises:
+        DataError: None has.
+    """
+    from hrcneuro import stages
+    from hrcneuro.errors import DataError
+
     entries = workdir.keys()
-    ran = here or sorted(unit for name, unit, _ in entries if name == stage and not is_piece(unit))
+    if ran := sorted(unit for name, unit, _ in entries if name == stage and not is_piece(unit)):
+        return ran
+    own = " SUBJECT" if stages.load(stage).subject else ""
+    raise DataError(f"{stage} has not run in {workdir.folder}", cure=f"hrcneuro {stage}{own}")
+
+
+def _speaking(settings: Settings, ran: Sequence[str]) -> list[str]:
+    """Return the units that speak for a stage, of those that have run: the group and a sweep, else every subject."""
     subjects = [unit for unit in ran if unit in settings.study.subjects]
     of_all = [unit for unit in OF_ALL if unit in ran]
     if GROUP in of_all and len(settings.included) == 1 and subjects == [*settings.included]:
         return subjects  # a group of one says less
-    if of_all:
-        return of_all
-    if not ran:
-        raise DataError(
-            f"{stage} has not run in {workdir.folder}", cure=f"hrcneuro {stage}{' SUBJECT' if loaded.subject else ''}"
-        )
-    return subjects or ran
+    return of_all or subjects or list(ran)
 
 
-def there(settings: Settings, workdir: Workdir) -> list[str]:
-    """Return which stages and units there are to show of this configuration, a line a stage.
+def there(settings: Settings, workdir: Workdir, *, whatever: bool = False) -> dict[str, list[str]]:
+    """Return stage -> units that there are to show of this configuration.
+
+    Args:
+        settings, workdir: What is asked for, and where.
+        whatever: Of what was last computed, whatever its configuration.
 
     Raises:
         DataError: None; with those of other configurations, if there are any.
@@ -88,44 +117,22 @@ def there(settings: Settings, workdir: Workdir) -> list[str]:
     from hrcneuro.errors import DataError
     from hrcneuro.pipeline import asked
 
+    others: dict[str, list[str]] = {}
+    for stage, unit, _ in sorted(workdir.keys(), key=lambda entry: (entry[1] in OF_ALL, entry[1])):
+        if stage in STAGES and not is_piece(unit):
+            others.setdefault(stage, []).append(unit)
+    if whatever and others:
+        return {stage: others[stage] for stage in STAGES if stage in others}
     by_stage: dict[str, list[str]] = {}
-    for item in asked.whole(settings, workdir):
+    for item in asked.whole(settings, workdir) if not whatever else ():
         if item.state.done and not is_piece(item.unit):
             by_stage.setdefault(item.stage, []).append(item.unit)
     if by_stage:
-        width = max(map(len, by_stage))
-        return [f"{stage:<{width}}  {', '.join(of)}" for stage, of in by_stage.items()]
-    entries = workdir.keys()
-    others = sorted({f"{stage} {unit}" for stage, unit, _ in entries if stage in STAGES and not is_piece(unit)})
-    also = f"; with another one have: {', '.join(others[:6])}{' …' if len(others) > 6 else ''}" if others else ""
+        return by_stage
+    names = [f"{stage} {unit}" for stage in sorted(others) for unit in others[stage]]
+    also = f"; with another one have: {', '.join(names[:6])}{' …' if len(names) > 6 else ''}" if names else ""
     raise DataError(
         f"nothing has run with this configuration in {workdir.folder}{also}",
         cure="run a stage first, such as hrcneuro epoch"
-        + ("; or name the --config and --set of what is there" if others else ""),
-    )
-
-
-def of_configuration(
-    settings: Settings, workdir: Workdir, stage: str, units: Sequence[str]
-) -> tuple[dict[str, Mapping[str, Any]], str]:
-    """Return unit -> summary of what the configuration asks for, and a note.
-
-    Where that has not been computed, what was last computed in this folder takes its place, and the note says so.
-
-    Raises:
-        DataError: A unit has never run.
-    """
-    from hrcneuro.pipeline import asked
-
-    items = asked.standing(settings, workdir, stage, units)
-    found = {item.unit: item for item in items if item.stage == stage and item.state.done}
-    lacking = [unit for unit in units if unit not in found]
-    summaries = {unit: found[unit].summary if unit in found else workdir.summary(stage, unit) for unit in units}
-    if not lacking:
-        return summaries, ""
-    cause = asked.cause(items)
-    of = "" if len(lacking) == len(units) else f"of {span(lacking)} "
-    return summaries, (
-        f"{of}this is what was last computed; the configuration asks for something else by now"
-        f"{f' ({cause})' if cause else ''}: hrcneuro status"
+        + ("; or name the --config and --set of what is there; --last shows it as it is" if names else ""),
     )

@@ -13,7 +13,6 @@ import typer
 from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
-from hrcneuro.contract import OF_ALL
 
 if TYPE_CHECKING:
     from hrcneuro.config.settings import Settings
@@ -71,12 +70,12 @@ def status(options: Options) -> int:
     return talk.finish("status", items, planned=True)
 
 
-@command(
-    "Print what came out, of this configuration where it has been computed.",
-    "show decode s01",
-    "show epoch",
-    name="show",
-)
+_Last = Annotated[
+    bool, typer.Option("--last", help="What was last computed here, whatever the configuration asks for.")
+]
+
+
+@command("Print what came out of this configuration.", "show decode s01", "show epoch", name="show")
 def show(
     options: Options,
     stage: Annotated[
@@ -88,6 +87,7 @@ def show(
             help="A subject, group or sweep; none: what is of all, else all subjects.", autocompletion=completion.units
         ),
     ] = "",
+    last: _Last = False,
 ) -> int:
     """Print the numbers of a stage again; compute nothing."""
     from hrcneuro.cli import bring, results
@@ -98,24 +98,18 @@ def show(
     workdir = Workdir(options.workdir)
     talk = bring.console(replace(options, quiet=False))
     if not stage:
-        lines = results.there(settings, workdir)
+        of = results.there(settings, workdir, whatever=last)
         if options.json:
-            pairs = [line.split(maxsplit=1) for line in lines]
-            print(json.dumps({"command": "show", "ok": True, "stages": {a: b.split(", ") for a, b in pairs}}, indent=1))
+            print(json.dumps({"command": "show", "ok": True, "stages": of}, indent=1))
+        width = max(map(len, of))
+        lines = [f"{name:<{width}}  {', '.join(units)}" for name, units in of.items()]
         talk.results([*lines, "hrcneuro show STAGE [UNIT] prints the numbers of one"])
         return 0
     graph.check_stage(stage)
-    if unit and unit not in OF_ALL and not workdir.pointer(stage, unit):
-        graph.targets(settings, [stage], [unit])  # which says what is wrong with a name that nobody has
-    units = [unit] if unit else results.units(settings, workdir, stage)
-    summaries, note = results.of_configuration(settings, workdir, stage, units)
+    summaries = (results.last if last else results.asked_for)(settings, workdir, stage, unit)
     if options.json:
-        noted = {"note": note} if note else {}
-        printed = {"command": "show", "ok": True, "stage": stage, **noted, "units": summaries}
-        print(json.dumps(printed, indent=1))
+        print(json.dumps({"command": "show", "ok": True, "stage": stage, "units": summaries}, indent=1))
     talk.results(results.blocks([(stage, one, summary) for one, summary in summaries.items()], every=True))
-    if note:
-        bring.console(options).say(f"note: {note}", style="yellow")
     return 0
 
 
@@ -130,9 +124,7 @@ def path(
     stage: Annotated[str, typer.Argument(help="The stage that wrote it.", autocompletion=completion.stages)],
     unit: Annotated[str, typer.Argument(help="A subject, or group.", autocompletion=completion.units)],
     file: Annotated[str, typer.Argument(help="A file of the entry; none prints its folder.")] = "",
-    last: Annotated[
-        bool, typer.Option("--last", help="What was last computed here, whatever the configuration asks for.")
-    ] = False,
+    last: _Last = False,
 ) -> int:
     """Print where an artifact lies."""
     from hrcneuro.cli import bring

@@ -164,7 +164,10 @@ def _offered(app: Any, args: list[str], word: str) -> list[tuple[str, str]]:
             return str(item.value)
 
     items = Offers(command, {}, "hrcneuro", "").get_completions(list(args), word)
-    return [(str(item.value), item.help or "") for item in items if item.type == "plain"]
+    # Of --option=value, the value alone is offered; the shells put in whole words.
+    option, equals, _ = word.partition("=")
+    before = f"{option}=" if equals and option.startswith("--") else ""
+    return [(f"{before}{item.value}", item.help or "") for item in items if item.type == "plain"]
 
 
 def _for_bash(text: str, word: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -86,7 +87,13 @@ class Course(ABC):
         self._log.block(block, now)
         about = block.block
         self._mark(
-            markers.of_block(self._turns.subject, scenario=about.scenario, block=about.number, practice=about.practice),
+            markers.of_block(
+                self._turns.subject,
+                scenario=about.scenario,
+                block=about.number,
+                practice=about.practice,
+                closed=block.closed,
+            ),
             now,
         )
         self._episodes = block.episodes()
@@ -119,9 +126,9 @@ class Course(ABC):
 
     def _path_appears(self, now: float) -> None:
         if not self._turns.episode.moves:
-            self._mark(markers.of_episode(**self._turns.where), now)
+            self._mark(markers.of_episode(**self._turns.where, closed=self._the_block.closed), now)
         self.seen.phase = "moves"
-        self._turns.prepare()
+        self._prepare()
         self._show_grid()
         self._offer(now, wait_s=self._pacing.pause_s * self._turns.stretch())
 
@@ -138,19 +145,32 @@ class Course(ABC):
     def _offer(self, now: float, wait_s: float = 0.0) -> None:
         """Give the turn to whom it is: the robot's move goes to the arm, a simulated person's in its time."""
         after = self._turns.open(now, wait_s)
+        if (chosen := self._turns.chosen()) is not None:
+            self._log.event("choice", now, **chosen)
+        self._tell_truths()
         if after is None:
             return
         if after <= now:
             self._release(now, not_before=now + wait_s)
         else:
-            self._wait(after, self._pressed)
+            self._wait(after, self._due)
 
-    def _pressed(self, now: float) -> None:
-        key = self._turns.pressed
-        self.seen.keys[""] += 1
-        self._log.key(key, "", now)
-        self._mark(markers.of_key(self._turns.subject, key), now)
+    def _due(self, now: float) -> None:
+        """Let a move begin whose time has come; a simulated person presses for it."""
+        if self._turns.next_actor == "human":
+            key = self._turns.pressed
+            self.seen.keys[""] += 1
+            self._log.key(key, "", now)
+            self._mark(markers.of_key(self._turns.subject, key), now)
         self._release(now)
+
+    def _prepare(self, onset: float = math.nan) -> None:
+        self._turns.prepare(onset)
+        self._tell_truths()
+
+    def _tell_truths(self) -> None:
+        for truth in self._turns.truths():
+            self._arm(truth)
 
     def _release(self, now: float, *, not_before: float = 0.0) -> None:
         self._resting = False
@@ -165,8 +185,7 @@ class Course(ABC):
         if turn.move.error:
             self._mark(markers.of_error(**self._turns.where, trial=turn.move.trial), report.when)
         self._tool = m.Motion(turn.go.start, turn.go.end, report.when, turn.go.t_f)
-        if (truth := self._turns.prepare(report.when)) is not None:
-            self._arm(truth)
+        self._prepare(report.when)
         self._show_grid()
 
     def _executed(self, report: m.Executed) -> None:

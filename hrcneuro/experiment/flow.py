@@ -7,7 +7,8 @@ arm when the tool comes within its radius, so that the arm never waits for this 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from hrcneuro.experiment import messages as m
 from hrcneuro.experiment import scenes
@@ -104,6 +105,10 @@ class Flow(Course):
     def remark(self, text: str, now: float) -> None:
         """Write down what the experimenter remarks."""
         self._log.event("remark", now, text=text)
+
+    def took_up(self, kind: str, now: float, about: Mapping[str, Any]) -> None:
+        """Write down what was taken up of the closed loop's words, or was not."""
+        self._log.event(kind, now, **about)
 
     def pause(self, now: float, why: str) -> None:
         """Pause as soon as the arm rests; ``why`` is empty where the experimenter asked for it."""

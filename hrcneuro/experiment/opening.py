@@ -21,7 +21,9 @@ from hrcneuro.sources import experiments
 _ROOM = 20_000_000  # bytes: several sessions
 
 
-def refuse(folder: Path, subject: str, *, options: Mapping[str, Any], simulated: bool, resume: bool) -> None:
+def refuse(
+    folder: Path, subject: str, *, options: Mapping[str, Any], within: str = "", simulated: bool, resume: bool
+) -> None:
     """Refuse what :func:`begin` or :func:`resume` would refuse, and write nothing.
 
     Arguments as there; ``resume`` says which of the two.
@@ -29,7 +31,7 @@ def refuse(folder: Path, subject: str, *, options: Mapping[str, Any], simulated:
     Raises:
         ConfigError, DataError, HardwareError, StageError: As there.
     """
-    place = folder / subject
+    place = folder / subject / within
     if not resume:
         _check_room(place)
         refuse_begun(place, subject)
@@ -43,7 +45,7 @@ def refuse(folder: Path, subject: str, *, options: Mapping[str, Any], simulated:
 
 def begin(
     folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-    simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+    within: str = "", simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
 ) -> Log:  # fmt: skip
     """Begin the log of a session that was never begun.
 
@@ -52,6 +54,7 @@ def begin(
         subject: Whose session.
         options: JSON values that decide the session, its seed among them; one that goes on must have the same.
         about: JSON values that are worth knowing, and may differ when it goes on.
+        within: A folder in the subject's, in which it lies.
         simulated, real_time, now: As :class:`~hrcneuro.experiment.log.Log` takes them.
 
     Raises:
@@ -59,7 +62,7 @@ def begin(
         HardwareError: Another experiment of the subject is running.
         StageError: There is no room.
     """
-    place = folder / subject
+    place = folder / subject / within
     _check_room(place)
     with opened(place, subject) as lock:
         refuse_begun(place, subject)
@@ -74,7 +77,7 @@ def begin(
 
 def resume(
     folder: Path, subject: str, *, options: Mapping[str, Any], about: Mapping[str, Any] | None = None,
-    simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
+    within: str = "", simulated: bool = False, real_time: bool = True, now: Callable[[], float] = seconds,
 ) -> Log:  # fmt: skip
     """Go on with the log of a session that was broken off; ``Log.progress`` tells how far it had come.
 
@@ -85,7 +88,7 @@ def resume(
         ConfigError: It is complete, was begun with other options, or the folder may not be written.
         HardwareError: Another experiment of the subject is running.
     """
-    place = folder / subject
+    place = folder / subject / within
     _refuse_without_session(place)
     with opened(place, subject) as lock:
         entries, notes = mending.mend_journal(place / experiments.FILE)

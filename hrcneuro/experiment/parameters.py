@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hrcneuro.contract import option
+from hrcneuro.paradigm.params import ClosedParams
 
 TURNS_DEG = (0, 90, 180, 270)
 """How the picture can lie on the screen."""
@@ -88,6 +89,14 @@ class ExperimentOptions:
         True, "pause when 'hrcneuro record' of this subject, on this machine, loses a declared stream", keyed=False
     )
     screen: bool = option(True, "open the person's window; without one only for a simulated person", keyed=False)
+    loop: str = option(
+        "open", "open: the study, in which it is decided beforehand who does what; closed: the robot draws from what "
+        "'hrcneuro online' has learned", choices=("open", "closed"), keyed=False,
+    )  # fmt: skip
+    loop_wait_s: float = option(
+        10.0, "so long 'hrcneuro online' is looked for before closed blocks", unit="s", low=0.0, high=600.0, keyed=False
+    )
+    closed: ClosedParams = option(ClosedParams(), "closed blocks")
     window: WindowOptions = option(WindowOptions(), "the person's screen")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from multiprocessing.connection import wait
 from typing import Any, Protocol
@@ -22,9 +23,11 @@ from hrcneuro.experiment.log import Log
 from hrcneuro.experiment.ports import Order, Seen
 from hrcneuro.experiment.recorder_watch import RecorderWatch
 from hrcneuro.experiment.window.process import Window
+from hrcneuro.live.lsl import LslNetwork
+from hrcneuro.live.policies import Policies
 
 _LOOK_S = 0.5
-_STEP_S = 0.1
+_STEP_S, _QUICK_S = 0.1, 0.01
 _NO_ROOM = (
     "the session ends as soon as there is room for the rest; asked to end once more, it ends now, and the lines that "
     "are missing come out on the terminal"
@@ -76,6 +79,8 @@ class RealTime:
         self._arm: ArmProcess | None = None
         self._window: Window | None = None
         self._flow: Flow
+        self._policies: Policies | None = None
+        self._loop_gone = False
         self._looked = float("-inf")
         self._trouble = ""
         self._has_keyboard = True  # the window
@@ -92,6 +97,8 @@ class RealTime:
             stack.enter_context(_not_suspended())
             session.refuse(self._setup, resume=resume)
             about: dict[str, Any] = {}
+            if self._setup.closed:
+                self._policies = self._found(stack)
             if self._setup.options.screen:
                 self._window = stack.enter_context(Window(self._setup.options.window, self._calibrating))
                 self._desk.say(self._window.opened.told(self._setup.options.window.scale))
@@ -104,6 +111,7 @@ class RealTime:
                     arm=self._ask,
                     restart=self._restart,
                     show=self._show,
+                    policies=self._policies,
                     about=about,
                 )
             )
@@ -125,6 +133,9 @@ class RealTime:
         while not self._flow.over:
             wait(self._sources(), timeout=self._patience())
             now = seconds()
+            if self._policies is not None:
+                # Before the arm's words: what has come by now is what the robot draws from.
+                self._policies.pull()
             for report in self._arm.reports() if self._arm is not None else ():
                 self._flow.report(report)
             self._take_events(now)
@@ -167,8 +178,8 @@ class RealTime:
         return [*arm, *window, *self._desk.waits_for()]
 
     def _patience(self) -> float:
-        wakes = self._flow.wakes
-        return _STEP_S if wakes is None else min(max(wakes - seconds(), 0.0), _STEP_S)
+        wakes, longest = self._flow.wakes, _STEP_S if self._policies is None else _QUICK_S
+        return longest if wakes is None else min(max(wakes - seconds(), 0.0), longest)
 
     def _take_events(self, now: float) -> None:
         for event in self._window.events() if self._window is not None else ():
@@ -201,16 +212,37 @@ class RealTime:
             self._flow.order(order, now)
 
     def _look(self, now: float) -> None:
-        """Pause where the recorder loses a stream."""
-        if self._recorder is None or now - self._looked < _LOOK_S:
+        """Pause where the recorder loses a stream, or the closed loop is gone."""
+        if now - self._looked < _LOOK_S:
             return
         self._looked = now
+        self._look_for_loop()
+        if self._recorder is None:
+            return
         trouble = self._recorder.look()
         self._flow.seen.recorded = "lost" if trouble else "yes" if self._recorder.seen else "no"
         if trouble and trouble != self._trouble:
             self._flow.seen.hardware = True
             self._flow.trouble(trouble, "see what 'hrcneuro record' says; go on once the stream is back")
         self._trouble = trouble
+
+    def _look_for_loop(self) -> None:
+        if self._policies is None:
+            return
+        trouble = self._policies.look()
+        if trouble and not self._loop_gone:
+            self._flow.seen.hardware = True
+            subject = self._setup.subject
+            self._flow.trouble(trouble, f"start it again, then go on: hrcneuro online {subject} --mode closed --go-on")
+        self._loop_gone = bool(trouble)
+
+    def _found(self, stack: contextlib.ExitStack) -> Policies:
+        """Return what the closed loop says; it must be there."""
+        network = stack.enter_context(LslNetwork())
+        policies = Policies(network, network.clock, self._setup.subject)
+        stack.callback(policies.close)
+        policies.find(time.sleep, patience_s=self._setup.options.loop_wait_s)
+        return policies
 
     # --- what the flow asks for
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from hrcneuro.experiment import messages as m
 from hrcneuro.experiment.ahead import Ahead
+from hrcneuro.experiment.learning import Learning, Loop
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.experiment.session import Setup
 from hrcneuro.experiment.virtual import Virtual
@@ -32,6 +33,7 @@ from hrcneuro.live.transport import TRUTH
 from hrcneuro.live.virtual import VirtualNetwork, VirtualOutlet
 
 _STEP_S, _CHUNK = 0.1, 50
+_QUICK_STEP_S, _QUICK_CHUNK = 0.008, 10
 _AFTER_S = 3.0  # what the last move evokes is recorded, too
 
 
@@ -44,14 +46,14 @@ class Lab:
         kinds: ``eeg`` or ``eog``, one a channel.
         options: How it is recorded.
         remark: A sentence that goes with the recording.
-        folder: Where the recording is written; it is there.
+        folder: Where the recording is written; it is there. None: nothing is recorded.
     """
 
     signal: Any
     kinds: Sequence[str]
     options: RecordOptions
     remark: str
-    folder: Path
+    folder: Path | None
 
 
 class Rehearsal:
@@ -60,21 +62,24 @@ class Rehearsal:
     Attributes:
         seen: What was seen of the session, once it has run.
         late: Triggers that came too late for their sample.
+        learning: The closed loop, where there is one.
     """
 
-    def __init__(self, setup: Setup, lab: Lab, *, ahead: Ahead | None = None) -> None:
+    def __init__(self, setup: Setup, lab: Lab, loop: Loop | None = None, *, ahead: Ahead | None = None) -> None:
         """Prepare it: the streams are there, and are recorded from now on.
 
         Args:
             setup: What the session is run with: at virtual pace, with a simulated person.
             lab: What stands around it.
+            loop: What decides and learns, for closed blocks.
             ahead: As :class:`~hrcneuro.experiment.virtual.Virtual` takes it.
 
         Raises:
-            ConfigError, HardwareError: The arm cannot work in the cell; the streams are not as declared.
+            ConfigError, HardwareError: The arm cannot work in the cell; the streams are not as declared, or none that
+                the decoder serves.
         """
         self.seen: Seen
-        signal, self._folder = lab.signal, lab.folder
+        signal = lab.signal
         self._network = VirtualNetwork()
         amp = VirtualOutlet(
             "actiCHamp", "EEG", [*signal.ch_names, TRIGGER], sfreq=signal.sfreq, source_id=f"amp {setup.subject}",
@@ -85,15 +90,24 @@ class Rehearsal:
         self._truth = VirtualOutlet(TRUTH, "Markers", ["truth"], sfreq=0, source_id=f"{source} truth")
         self._network.outlets += [amp, self._markers, self._truth]
         self._amplifier = Amplifier(
-            signal, lambda: amp, self._network.clock, chunk=_CHUNK, rng=np.random.default_rng(setup.seed)
+            signal,
+            lambda: amp,
+            self._network.clock,
+            chunk=_CHUNK if loop is None else _QUICK_CHUNK,
+            apart=False,
+            rng=np.random.default_rng(setup.seed),
         )
         self._person = Person(self._amplifier, signal)
         listening = Listening(self._network, self._network.clock, self._person)
         self._network.on_wait += [lambda now: listening.step(), lambda now: self._amplifier.step()]
-        self._record(lab.options)
+        self._recording = self._recorded(lab, setup.subject)
         self._go: dict[int, m.Go] = {}
         options = replace(setup.options, truth=True)
-        self._session = Virtual(replace(setup, options=options), around=self._around, hear=self._hear, ahead=ahead)
+        self.learning = None if loop is None else Learning(self._network, setup.subject, loop)
+        self._session = Virtual(
+            replace(setup, options=options), around=self._around, hear=self._hear, ahead=ahead,
+            policies=None if self.learning is None else self.learning.policies,
+        )  # fmt: skip
         self._began = self._network.now
 
     def run(self) -> Seen:
@@ -105,7 +119,8 @@ class Rehearsal:
         self.seen = self._session.run()
         for _ in range(round(_AFTER_S / _STEP_S)):
             self._step(_STEP_S)
-        self._recording.close()
+        if self._recording is not None:
+            self._recording.close()
         return self.seen
 
     @property
@@ -113,27 +128,36 @@ class Rehearsal:
         """Triggers that came too late for their sample."""
         return self._person.late
 
-    def _record(self, options: RecordOptions) -> None:
+    def _recorded(self, lab: Lab, subject: str) -> Session | None:
+        options, folder = lab.options, lab.folder
+        # Whether or not it is recorded, the same time passes: what is recorded is what happens without.
         opened = preparation.prepare(self._network, self._network.clock, self._network.wait, options)
         preparation.refuse(opened.problems)
-        notes = journal.Journal(self._folder, {"subject": self._folder.parent.name})
-        path = path_of(self._folder, 1)
+        if folder is None:
+            opened.close()
+            return None
+        notes = journal.Journal(folder, {"subject": subject})
+        path = path_of(folder, 1)
         beginning = journal.beginning(path, clock_s=self._network.clock())
         part = Part(path, started=beginning["began"])
         notes.begin(beginning)
-        self._recording = Session(
+        return Session(
             self._network, self._network.clock, opened, options, part, notes,
             tell=lambda stream, event: None, helper=ThreadPoolExecutor(1),
         )  # fmt: skip
 
     def _around(self, now: float) -> None:
         passed = self._began + now - self._network.now
-        if passed >= _STEP_S:
+        soon = self.learning is not None and self.learning.soon(passed)
+        if passed >= (_QUICK_STEP_S if soon else _STEP_S):
             self._step(passed)
 
     def _step(self, seconds: float) -> None:
         self._network.wait(seconds)
-        self._recording.step()
+        if self._recording is not None:
+            self._recording.step()
+        if self.learning is not None:
+            self.learning.step()
 
     def _hear(self, message: m.Request | m.Report) -> None:
         if isinstance(message, m.Go):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hrcneuro.experiment.messages import Motion, Scene
 from hrcneuro.paradigm.grid import Tile
-from hrcneuro.paradigm.owners import Areas, Owners
+from hrcneuro.paradigm.owners import Areas, Directions, Owners
 from hrcneuro.paradigm.session import DrawnBlock
 
 _ARROWS = {"N": "up", "S": "down", "W": "left", "E": "right"}
@@ -33,12 +33,13 @@ def before(block: DrawnBlock) -> Scene:
     """Return the words before a block: what is whose."""
     title = "Practice" if block.block.practice else "Next block"
     scene = grid(block)
+    whose = _whose_closed(block.owners) if block.closed else _whose(block.owners)
     return Scene(
         scenario=scene.scenario,
         human_colour=scene.human_colour,
         human_directions=scene.human_directions,
         title=title,
-        lines=(*_whose(block.owners), _BEGIN),
+        lines=(*whose, _BEGIN),
     )
 
 
@@ -46,8 +47,16 @@ def _whose(owners: Owners) -> tuple[str, ...]:
     if isinstance(owners, Areas):
         other = "blue" if owners.human_colour == "green" else "green"
         return f"{owners.human_colour.capitalize()} tiles are yours.", f"{other.capitalize()} tiles are the robot's."
-    mine = " and ".join(word for key, word in _ARROWS.items() if key in owners.human)
-    return f"You move {mine}.", "The robot moves the other two ways."
+    return f"You move {_mine(owners)}.", "The robot moves the other two ways."
+
+
+def _whose_closed(owners: Owners) -> tuple[str, ...]:
+    assert not isinstance(owners, Areas)
+    return f"You move {_mine(owners)}.", "The robot learns which ways are yours.", "Where it waits, press your arrow."
+
+
+def _mine(owners: Directions) -> str:
+    return " and ".join(word for key, word in _ARROWS.items() if key in owners.human)
 
 
 def rest() -> Scene:

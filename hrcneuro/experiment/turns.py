@@ -91,6 +91,7 @@ class Turns:
         self._asked: deque[Turn] = deque()  # of the arm, and not ended; two while one is in its radius
         self._open, self._opened_at = False, math.nan
         self._block: DrawnBlock | None = None
+        self._truths: list[m.Truth] = []
 
     def begin_block(self, block: DrawnBlock) -> None:
         """Take the block that is next."""
@@ -136,14 +137,14 @@ class Turns:
         """Return by what a pause is longer, 1 to 1.5, at random."""
         return float(self._the_block.draw.timing.uniform(1.0, 1.5))
 
-    def prepare(self, onset: float = math.nan) -> m.Truth | None:
-        """Decide the next move where that needs no person; return what a simulated amplifier is told of it.
+    def prepare(self, onset: float = math.nan) -> None:
+        """Decide the next move where that needs no person.
 
         Args:
             onset: When the motion before began, seconds; NaN where nothing moves.
         """
         if self._decided or self.episode.over:
-            return None
+            return
         if self.episode.actor == "robot":
             turn = self._decide(self.episode.plan())
         elif self._person is not None:
@@ -151,8 +152,18 @@ class Turns:
             turn = self._decide(self._person.press(self.episode, keys=draw.keys))
             turn.reaction_s = self._person.reaction_s(draw.timing)
         else:
-            return None
-        return self._truth_of(turn, onset) if self._truth else None
+            return
+        if self._truth:
+            self._truths.append(self._truth_of(turn, onset))
+
+    def truths(self) -> list[m.Truth]:
+        """Return what a simulated person's amplifier is to be told, since the last call."""
+        truths, self._truths = self._truths, []
+        return truths
+
+    def chosen(self) -> dict[str, Any] | None:
+        """Return what the robot chose as keys opened, for the log, once; None in the study, where nothing is chosen."""
+        return None
 
     def open(self, now: float, wait_s: float) -> float | None:
         """Open the turn: return when the next move goes to the arm, seconds; None where a person's key is awaited.
@@ -228,7 +239,9 @@ class Turns:
         move = self.episode.act(intended)
         t_f = float(travel(1, rng=self._the_block.draw.timing, params=self._timing)[0])
         ahead = "" if self.episode.over else self.episode.target
-        text = markers.of_move(**self.where, trial=move.trial, actor=move.actor, next=ahead)
+        text = markers.of_move(
+            **self.where, trial=move.trial, actor=move.actor, next=ahead, closed=self._the_block.closed
+        )
         go = m.Go(self._count, start, (move.row, move.col), t_f, text, self._code)
         self._count += 1
         turn = Turn(move, go, self.where, last=self.episode.over)
@@ -238,10 +251,16 @@ class Turns:
     def _truth_of(self, turn: Turn, onset: float) -> m.Truth:
         where = turn.where
         about = evoking(self.episode, turn.move, scenario=where["scenario"], practice=where["practice"])
-        if turn.move.actor == "human" and self._asked and not math.isnan(onset):
-            t_f = self._asked[-1].go.t_f
-            about["key_s"] = onset + max(t_f, IN_RADIUS * t_f + turn.reaction_s)
+        if turn.move.actor == "human":
+            about |= self._key_of(onset, turn.reaction_s)
         return m.Truth({"marker": turn.go.marker, **about})
+
+    def _key_of(self, onset: float, reaction_s: float) -> dict[str, float]:
+        """Return when the person's own motion will begin, ``key_s``; nothing where no motion is under way before it."""
+        if not self._asked or math.isnan(onset):
+            return {}
+        t_f = self._asked[-1].go.t_f
+        return {"key_s": onset + max(t_f, IN_RADIUS * t_f + reaction_s)}
 
     @property
     def _the_block(self) -> DrawnBlock:

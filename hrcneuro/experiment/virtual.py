@@ -10,6 +10,7 @@ from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.experiment import arm_side, session
 from hrcneuro.experiment import messages as m
 from hrcneuro.experiment.ahead import Ahead
+from hrcneuro.experiment.closed import Policies
 from hrcneuro.experiment.ports import Seen
 
 Around = Callable[[float], None]
@@ -23,6 +24,7 @@ class Virtual:
         self,
         setup: session.Setup,
         *,
+        policies: Policies | None = None,
         around: Around = lambda now: None,
         hear: Callable[[m.Request | m.Report], None] = lambda message: None,
         ahead: Ahead | None = None,
@@ -31,6 +33,7 @@ class Virtual:
 
         Args:
             setup: What it is run with; the person is simulated.
+            policies: What the closed loop says, for closed blocks.
             around: Called in every cycle.
             hear: Is told every request and every report: what goes out over LSL in real time.
             ahead: Checks each request, and has tried the whole grid; none: it is made for this session.
@@ -38,7 +41,12 @@ class Virtual:
         Raises:
             ConfigError: The arm cannot work in the cell.
         """
-        self._setup, self._around, self._hear = setup, around, hear
+        if setup.closed and policies is None:
+            raise ConfigError(
+                "closed blocks at virtual pace, and nothing that decides beside them",
+                cure=f"hrcneuro rehearse {setup.subject} --closed runs both; or --pace real, beside 'hrcneuro online'",
+            )
+        self._setup, self._policies, self._around, self._hear = setup, policies, around, hear
         self._ahead = ahead or session.looked_ahead(setup)
         self._ahead.restart()
         self._requests: deque[m.Request] = deque()
@@ -62,7 +70,13 @@ class Virtual:
     def _run(self, resume: bool) -> Seen:
         setup = self._setup
         with session.opened(
-            setup, resume=resume, now=lambda: self._now, arm=self._send, restart=self._refuse, show=lambda scene: None
+            setup,
+            resume=resume,
+            now=lambda: self._now,
+            arm=self._send,
+            restart=self._refuse,
+            show=lambda scene: None,
+            policies=self._policies,
         ) as self._running:
             settings = arm_side.ArmSettings(setup.arm, setup.subject, real_time=False)
             arm_side.run(settings, self._report, self._ask, ahead=self._ahead)

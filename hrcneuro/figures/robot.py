@@ -239,7 +239,8 @@ def _histogram(axes: Axes, values: np.ndarray, spread: Mapping[str, float], *, c
     # Late cycles are few among very many: only a logarithmic axis shows them.
     weights = None if counts else np.full(len(known), 1 / len(known))
     axes.hist(known, edges.tolist(), weights=weights, color=BLUE, log=counts)
-    axes.axvline(spread["median"], color=VERMILION, lw=0.8)
+    # Up to where the numbers stand.
+    axes.axvline(spread["median"], ymax=0.7, color=VERMILION, lw=0.8)
     top = axes.get_ylim()[1]
     axes.set_ylim(*((0.5, 30.0 * top) if counts else (0.0, 1.5 * top)))
     shown = {name: _number(value) for name, value in spread.items()}

@@ -89,8 +89,8 @@ def error_reader(rates: Rates, *, as_logged: bool) -> ErrorReader:
         as_logged: Errors precede takeovers in the new task as they do in the logs; otherwise they fall anyhow.
     """
     rr, rh, hr, hh = LOGGED_SHARES
-    robot = _solve(rr, rh, 1.0 - rates.tnr_rr / 100.0, rates.tpr_rh / 100.0)
-    human = _solve(hh, hr, 1.0 - rates.tnr_hh / 100.0, rates.tpr_hr / 100.0)
+    robot = said_by_cue(rr, rh, 1.0 - rates.tnr_rr / 100.0, rates.tpr_rh / 100.0)
+    human = said_by_cue(hh, hr, 1.0 - rates.tnr_hh / 100.0, rates.tpr_hr / 100.0)
     after_error, after_none = zip(robot, human, strict=True)
     return ErrorReader(after_error, after_none, LOGGED_SHARES if as_logged else None)
 
@@ -107,8 +107,15 @@ def same_rates(rates: Rates, task: JointTask) -> list[Variant]:
     return [Variant("confound", name, task, decoder) for name, decoder in decoders.items()]
 
 
-def _solve(share_stay: float, share_take: float, said_stay: float, said_take: float) -> tuple[float, float]:
-    """Return P(says takeover | error), P(says takeover | none) from the two shares and the two rates."""
+def said_by_cue(share_stay: float, share_take: float, said_stay: float, said_take: float) -> tuple[float, float]:
+    """Return P(says takeover | cue), P(says takeover | none) of who reads a cue alone and scores given rates.
+
+    Rates that nobody can score so are approached as nearly as probabilities allow.
+
+    Args:
+        share_stay, share_take: How often the cue is there where the actor stays, and where the other takes over.
+        said_stay, said_take: How often "takeover" is said in the same cases.
+    """
     slope = (said_take - said_stay) / (share_take - share_stay)
     after_none = said_stay - share_stay * slope
     return min(max(after_none + slope, 0.0), 1.0), min(max(after_none, 0.0), 1.0)

@@ -51,7 +51,9 @@ class OnlineLearner:
         if not 0.0 <= floor <= _MOST_FLOOR:
             raise ValueError(f"a floor of {floor:g} for each of two actions; allowed: 0 to {_MOST_FLOOR:g}")
         self._kind, self._tau, self._floor = kind, tau, floor
-        self._rates = rates if rates is not None else Rates(tnr_hh=50, tpr_hr=50, tnr_rr=50, tpr_rh=50)
+        known = rates if rates is not None else Rates.level(50)
+        # By 2·(by the human) + (the human next).
+        self._decision_odds = decision_odds(np.array([0, 0, 1, 1], bool), np.array([0, 1, 0, 1], bool), known)
         self.afresh()
 
     def afresh(self) -> None:
@@ -78,7 +80,7 @@ class OnlineLearner:
         by_human = before == HUMAN
         human_next = by_human != takeover
         if self._kind.evidence == "decision":
-            odds = float(decision_odds(np.array([by_human]), np.array([human_next]), self._rates)[0])
+            odds = float(self._decision_odds[2 * by_human + human_next])
         else:
             odds = -log_odds if by_human else log_odds
         row = SUBTASKS.index(subtask) + (0 if human_next else len(SUBTASKS))

@@ -113,6 +113,7 @@ class Amplifier:
         clock: Clock,
         *,
         chunk: int = 10,
+        apart: bool = True,
         faults: Iterable[Fault] = (),
         rng: np.random.Generator,
     ) -> None:
@@ -123,10 +124,12 @@ class Amplifier:
             open_outlet: Lets its stream be there.
             clock: Seconds.
             chunk: Samples that leave together.
+            apart: Chunks that are due at the same time leave one by one; else as one.
             faults: What goes wrong.
             rng: For what is by chance.
         """
         self._signal, self._open, self._clock, self._chunk, self._rng = signal, open_outlet, clock, chunk, rng
+        self._apart = apart
         constant = {one.kind: one.value for one in faults}
         self._delay, self._jitter = constant.get("delay", 0.0), constant.get("jitter", 0.0)
         self._rate = signal.sfreq * (1 + 1e-6 * constant.get("drift", 0.0))
@@ -178,8 +181,9 @@ class Amplifier:
         if self.over or any(fault.kind == "stall" for fault, _ in self._begun):
             return
         due = int((now - LATENCY_S - self.start) * self._rate) - self.sent
-        for _ in range(due // self._chunk):
-            self._send(self._chunk)
+        at_once = self._chunk if self._apart else due // self._chunk * self._chunk
+        for _ in range(due // self._chunk if self._apart else at_once > 0):
+            self._send(at_once)
 
     def close(self) -> None:
         """Let the stream vanish."""

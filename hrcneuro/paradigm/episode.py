@@ -23,11 +23,10 @@ class EndlessEpisodeError(ValueError):
     """So many moves go wrong that an episode does not reach its goal."""
 
 
-class Episode:
-    """An episode under way, from the first tile of its path to the last.
+class Way:
+    """The path of an episode under way: where the end-effector stands, and which tile is next.
 
-    The pending tile of the path advances only when the end-effector stands on it. A move, human's or robot's, is
-    replaced by one of the three other directions with ``error_rate``, unless the move before it was replaced.
+    The pending tile of the path advances only when the end-effector stands on it.
 
     Attributes:
         path: Its tiles, start and goal included.
@@ -36,12 +35,12 @@ class Episode:
         tile: Where the end-effector stands.
     """
 
-    def __init__(self, path: tuple[Tile, ...], owners: Owners, *, error_rate: float, errors: np.random.Generator):
-        """Begin on the first tile; ``errors`` draws twice for each move, so that what goes wrong depends on no key."""
+    def __init__(self, path: tuple[Tile, ...], owners: Owners) -> None:
+        """Begin on the first tile."""
         self.path, self.owners = path, owners
         self.moves: list[Move] = []
         self.tile = path[0]
-        self._pending, self._error_rate, self._errors = 1, error_rate, errors
+        self._pending = 1
 
     @property
     def over(self) -> bool:
@@ -53,10 +52,45 @@ class Episode:
         """The direction of the pending tile, of eight."""
         return toward(self.tile, self.path[self._pending])
 
+    def _do(self, actor: str, intended: str, there: Tile, *, error: bool = False) -> Move:
+        """Let a move be done that ends on a tile.
+
+        Raises:
+            EndlessEpisodeError: So many moves went wrong that the goal is out of reach.
+        """
+        target = self.target
+        wrong = actor == "human" and intended not in target
+        executed = displacement(self.tile, there)
+        done = Move(len(self.moves), actor, intended, executed, target, error, *there, key_wrong=wrong)
+        self.moves.append(done)
+        self.tile = there
+        self._pending += there == self.path[self._pending]
+        if len(self.moves) == MOST_MOVES:
+            raise EndlessEpisodeError(f"an episode did not reach its goal within {MOST_MOVES} moves")
+        return done
+
+
+class Episode(Way):
+    """An episode of the study: who acts is decided by the owners, and moves may go wrong.
+
+    A move, human's or robot's, is replaced by one of the three other directions with ``error_rate``, unless the move
+    before it was replaced.
+    """
+
+    def __init__(self, path: tuple[Tile, ...], owners: Owners, *, error_rate: float, errors: np.random.Generator):
+        """Begin on the first tile; ``errors`` draws twice for each move, so that what goes wrong depends on no key."""
+        super().__init__(path, owners)
+        self._error_rate, self._errors = error_rate, errors
+
     @property
     def actor(self) -> str:
         """Whose turn it is, ``human`` or ``robot``."""
         return actor_of(self.owners, self.tile, self.target)
+
+    @property
+    def expected(self) -> str:
+        """Whom the person expects to act next: whose turn it is."""
+        return self.actor
 
     def plan(self) -> str:
         """Return the direction that the robot intends, where it is its turn."""
@@ -77,23 +111,16 @@ class Episode:
         """
         if self.over:
             raise ValueError("the episode is over")
-        target, actor = self.target, self.actor
+        actor = self.actor
         if intended not in allowed(self.owners, actor):
             raise ValueError(f"{intended!r} is no direction that the {actor} commands here")
         goes_wrong, other = self._errors.random() < self._error_rate, int(self._errors.integers(3))
         error = bool(goes_wrong) and not (self.moves and self.moves[-1].error)
         there = move(self.tile, _others(intended)[other] if error else intended)
-        wrong = actor == "human" and intended not in target
-        executed = displacement(self.tile, there)
-        done = Move(len(self.moves), actor, intended, executed, target, error, *there, key_wrong=wrong)
-        self.moves.append(done)
-        self.tile = there
-        self._pending += there == self.path[self._pending]
-        if len(self.moves) == MOST_MOVES:
-            raise EndlessEpisodeError(
-                f"an episode did not reach its goal within {MOST_MOVES} moves: error rate {self._error_rate:g}"
-            )
-        return done
+        try:
+            return self._do(actor, intended, there, error=error)
+        except EndlessEpisodeError as endless:
+            raise EndlessEpisodeError(f"{endless}: error rate {self._error_rate:g}") from None
 
 
 def play(episode: Episode, human: Human, *, keys: np.random.Generator) -> list[Move]:

@@ -38,6 +38,28 @@ class SessionParams:
 
 
 @dataclass(frozen=True)
+class ClosedParams:
+    """The protocol of a session of closed blocks."""
+
+    blocks: int = option(6, "closed blocks of a session", low=1, high=99, keyed=False)
+    episodes_per_block: int = option(13, "episodes in a closed block", low=1, keyed=False)
+    wait_s: float = option(
+        2.0,
+        "so long the robot waits for the person, where it has left a step to them that is its own",
+        unit="s",
+        low=0.1,
+        high=60.0,
+        keyed=False,
+    )
+    reassign: bool = option(
+        False, "draw the person's two directions anew in each block; otherwise once a session", keyed=False
+    )
+    adapts: bool = option(
+        False, "a simulated person comes to expect what the robot does; otherwise the own directions", keyed=False
+    )
+
+
+@dataclass(frozen=True)
 class TimingParams:
     """When moves begin (paper §2.3.1), in seconds.
 

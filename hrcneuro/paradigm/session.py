@@ -60,6 +60,11 @@ class DrawnBlock:
     error_rate: float
     draw: Generators
 
+    @property
+    def closed(self) -> bool:
+        """Whether the robot draws from a policy who acts; in the study it never does."""
+        return False
+
     def episodes(self) -> Iterator[Episode]:
         """Yield the episodes in order, each at its beginning; each must be over before the next is asked for."""
         for _ in range(self.block.episodes):
@@ -85,7 +90,7 @@ def draw_session(params: SessionParams, *, rng: np.random.Generator) -> tuple[Hu
     """
     blocks = list(protocol(params))
     own, *theirs = rng.spawn(1 + len(blocks))
-    human = _human(params, own)
+    human = draw_habits(params, own)
     first = int(own.integers(2))
     drawn, areas = [], 0
     for block, source in zip(blocks, theirs, strict=True):
@@ -129,6 +134,7 @@ def simulate_session(
     return annotate(assign_onsets(trials, rng=blocks[0].draw.timing, params=timing))
 
 
-def _human(params: SessionParams, rng: np.random.Generator) -> Human:
+def draw_habits(params: SessionParams, rng: np.random.Generator) -> Human:
+    """Return a simulated human's habits; ``rng`` is the first generator that the subject's spawns."""
     habits = {"wrong_key": params.wrong_key_rate, "undo": params.undo_rate}
     return replace(draw_human(rng), **{name: rate for name, rate in habits.items() if rate is not None})

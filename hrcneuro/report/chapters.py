@@ -21,6 +21,11 @@ Values = Mapping[str, Any]
 
 _MEASURES = {"tnr": "TNR", "tpr": "TPR", "acc": "ACC", "bacc": "balanced", "auc": "AUC"}
 _PLAIN = {"bacc": "all trials", "lobo_bacc": "one block left out"}
+# No balanced accuracies: what a decoder gains in open blocks that merely prefers one answer.
+_STAYS = {
+    "stays_rule_acc": "no EEG: the actor stays, plain accuracy",
+    "stays": "how often the decoder says that the actor stays",
+}
 _STRATA = {
     **_PLAIN,
     "prev_error_no_bacc": "after no error",
@@ -30,6 +35,7 @@ _STRATA = {
     "matched_bacc": "retrained after no error",
     "prev_error_fitted_bacc": "no EEG: previous error",
     "turn_fitted_bacc": "no EEG: turn ahead",
+    **_STAYS,
 }
 
 
@@ -162,7 +168,7 @@ def _strata(rows: Any) -> PageTable | None:
         if any(cell != "-" for cell in cells):
             lines.append([label, *cells])
     # Without any cue only the plain accuracies are left, which stand above.
-    if not any(line[0] not in _PLAIN.values() for line in lines):
+    if not any(line[0] not in (_PLAIN | _STAYS).values() for line in lines):
         return None
     head = ["balanced accuracy (%)", *(f"{scenario}: {problem}" for (scenario, problem), _ in places)]
     return PageTable(head, lines)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -56,6 +57,15 @@ def own(name: str) -> Markup:
     return Markup(files("hrcneuro.report").joinpath(name).read_text(encoding="utf-8"))
 
 
+def minus(cell: Cell) -> Cell:
+    """Return a cell whose negative numbers have a minus, as on the terminal and in figures; a hyphen stays one."""
+    return _NEGATIVE.sub("\N{MINUS SIGN}", cell) if isinstance(cell, str) else cell
+
+
+# Not within a word (tr-1), a span (1-40), a date or an option (key=-1).
+_NEGATIVE = re.compile(r"(?<![^\s(\[/+])-(?=\d)")
+
+
 @functools.cache
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -71,4 +81,5 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters["terms"] = glossary.mark
+    made.filters["minus"] = minus
     return made

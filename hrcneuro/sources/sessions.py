@@ -158,7 +158,10 @@ def by_name(markers: pd.DataFrame, log: pd.DataFrame, subject: str) -> tuple[np.
         DataError: The markers name another subject, or no row of the log.
     """
     moves = [
-        (at, move) for at, text in zip(markers["onset_s"], markers["event"], strict=True) if (move := move_in(text))
+        (at, move)
+        for at, text in zip(markers["onset_s"], markers["event"], strict=True)
+        # In closed blocks, which have a log of their own, the robot draws who acts: they are no part of the study.
+        if (move := move_in(text)) and not move["closed"]
     ]
     if not moves:
         return None

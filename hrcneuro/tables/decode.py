@@ -94,9 +94,13 @@ EXTRA = {
     "prev_error_fitted_bacc": "no EEG: a rule on prev_error fitted in the training folds",
     "turn_rule_bacc": "no EEG: before a turn, takeover",
     "turn_fitted_bacc": "no EEG: a rule on turn fitted in the training folds",
+    "stays_rule_acc": "no EEG: accuracy of 'the actor stays', never a takeover; its balanced accuracy is 50",
+    "stays": "held-out trials in which the decoder says that the actor stays (class 1)",
 }
+SHARES = ("chance", "stays_rule_acc", "stays")
+"""Measures that guessing does not bring to 50 %."""
 SCORES = Table(
-    1,
+    2,
     "one row a scenario, problem and decoder; NaN where note says why",
     {
         **_KEY,
@@ -133,8 +137,8 @@ TABLE2 = Table(
         "detectable": Column(
             "float",
             "%",
-            "mean that a one-sided t test against 50 finds with 80 % power at this sd, n; NaN below three subjects and "
-            "where it would exceed 100",
+            "mean that a one-sided t test against 50 finds with 80 % power at this sd, n; NaN below three subjects, "
+            "where it would exceed 100, and of what guessing does not bring to 50",
         ),
         "published_mean": Column("float", "%", "Ehrlich et al. 2023, Table 2 (doi:10.1371/journal.pone.0287958)"),
         "published_sd": Column("float", "%", "the same table's SD"),

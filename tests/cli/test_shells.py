@@ -58,6 +58,9 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
         (["simulate", "--sweep", "ac"], ["accuracy="]),
         (["run", ""], ["smoke", "paper", ""]),
         (["epoch", "--config", "s"], ["smoke", ""]),
+        (["epoch", "--config=s"], ["--config=smoke", ""]),
+        (["epoch", "--set=preprocess.l_"], ["--set=preprocess.l_freq="]),
+        (["epoch", "--set=preprocess.l_freq="], ["--set=preprocess.l_freq=0.7"]),
         (["epoch", "--set", "preprocess.l_"], ["preprocess.l_freq="]),
         (["robot", "--set", "robot.backend="], ["robot.backend=ursim", "robot.backend=ros"]),
         (["robot", "--set", "simulate.confound="], ["simulate.confound=true", "simulate.confound=false"]),
@@ -100,6 +103,23 @@ def test_what_is_offered_behind_set_is_understood(capsys, monkeypatch, tmp_path)
         given = [v for key in keys for v in offered("epoch", "--set", key, capsys=capsys, monkeypatch=monkeypatch)[:1]]
         assert len(given) > 1
         settings.load(assignments=given)
+
+
+@pytest.mark.parametrize(
+    ("word", "found"),
+    [
+        ("--config=sm", ["smoke", "\t"]),
+        ("--set=robot.backend=ur", ["ursim", "ur"]),
+        ("--set=robot.back", ["robot.backend="]),
+    ],
+)
+def test_bash_puts_in_the_value_behind_an_option_s_equals_sign(capsys, monkeypatch, tmp_path, word, found):
+    from hrcneuro.cli.app import app
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HRCNEURO_LINE", f"hrcneuro robot {word}")
+    assert shells.offer(app, "bash") == 0
+    assert capsys.readouterr().out.splitlines() == found
 
 
 @pytest.mark.parametrize("words", [["acquire", "--set", "acquire.path="], ["nosuch", "x"], ["epoch", "--set", "no.k"]])

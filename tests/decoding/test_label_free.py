@@ -69,6 +69,15 @@ def test_rules_that_never_look_at_eeg(cue, scenario, problem, percent):
     assert rule(cue, scenario, problem).mean() == pytest.approx(percent, abs=0.06)
 
 
+@pytest.mark.parametrize(
+    ("scenario", "problem", "percent"),
+    [("iC", "RRvsRH", 60.5), ("iC", "HHvsHR", 76.0), ("sC", "RRvsRH", 83.2), ("sC", "HHvsHR", 84.4)],
+)
+def test_how_often_the_actor_stays(scenario, problem, percent):
+    shares = [100 * (1 - classes(subject, scenario, problem)[1].mean()) for subject in SUBJECTS]
+    assert np.mean(shares) == pytest.approx(percent, abs=0.06)
+
+
 def test_the_spread_over_subjects():
     assert rule("prev_error", "iC", "RRvsRH").std(ddof=1) == pytest.approx(3.9, abs=0.05)
 

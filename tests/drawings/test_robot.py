@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 from hrcneuro.contract import Inputs, chosen
 from hrcneuro.drawings import moves, robot
@@ -99,6 +100,17 @@ def test_timing_shows_cycles_and_markers_only_where_a_clock_runs(folders, real):
     assert (ours <= {title for title, _ in panels}) == real
     assert bool(ours & {title for title, _ in panels}) == real
     assert ("a virtual clock: every control cycle lasts 8 ms" in note) == (not real)
+
+
+@pytest.mark.parametrize("counts", [True, False])
+def test_the_median_ends_below_the_numbers_of_a_distribution(counts):
+    values = np.linspace(-1.0, 1.0, 50) + 0.8  # the median lies below the text
+    axes = Figure(figsize=(2.7, 2.0)).subplots()
+    spread = {"median": 1.5, "mean": 0.8, "sd": 0.5, "p1": -0.2, "p99": 1.8}
+    figure_of._histogram(axes, values, spread, counts=counts)
+    (line,), (text,) = axes.get_lines(), axes.texts
+    end = axes.transAxes.transform((0, line.get_ydata()[1]))[1]
+    assert end < text.get_window_extent().y0
 
 
 def test_the_moves_of_all_subjects_are_joined(folders, tmp_path):

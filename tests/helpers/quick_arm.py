@@ -10,10 +10,12 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.experiment import messages as m
+from hrcneuro.experiment.closed import ClosedTurns
 from hrcneuro.experiment.flow import Flow
 from hrcneuro.experiment.person import SimulatedPerson
 from hrcneuro.experiment.ports import Pacing
 from hrcneuro.experiment.turns import Turns
+from hrcneuro.paradigm.closed import draw_closed
 from hrcneuro.paradigm.conditions import annotate
 from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.paradigm.session import draw_session
@@ -54,12 +56,23 @@ class Rows:
 class Lab:
     """A session with such an arm, on a virtual clock."""
 
-    def __init__(self, params=SessionParams(), *, seed=0, simulated=True, truth=False, blocks=slice(None), **pacing):
-        human, drawn = draw_session(params, rng=np.random.default_rng(seed))
+    def __init__(
+        self, params=SessionParams(), *, seed=0, simulated=True, truth=False, blocks=slice(None), policies=None,
+        wait_s=2.0, **pacing,
+    ):  # fmt: skip
+        """``params`` are ClosedParams where there are ``policies``: the session is one of closed blocks."""
+        usual = SessionParams() if policies is not None else params
+        human, drawn = draw_session(usual, rng=np.random.default_rng(seed))
+        if policies is not None:
+            drawn = draw_closed(params, rng=np.random.default_rng(seed))
         self.now, self._queue, self._number = 0.0, [], itertools.count()
         self.sent, self.scenes, self.log = [], [], Rows()
         person = SimulatedPerson(human, TimingParams()) if simulated else None
-        self.turns = Turns("s01", TimingParams(), n_blocks=len(drawn[blocks]), person=person, truth=truth)
+        shape = {"n_blocks": len(drawn[blocks]), "person": person, "truth": truth}
+        if policies is not None:
+            self.turns = ClosedTurns("s01", TimingParams(), policies=policies, wait_s=wait_s, **shape)
+        else:
+            self.turns = Turns("s01", TimingParams(), **shape)
         self._free = 0.0  # when the arm rests again
         self.flow = Flow(
             drawn[blocks], self.turns, Pacing(**pacing), arm=self._take, restart=self._restart,

@@ -51,7 +51,7 @@ def told(**move):
 
 def test_a_marker_names_its_move():
     assert markers.move_in(MARKER) == {
-        "subject": "s01", "scenario": "iC", "block": 1, "episode": 2, "trial": 3, "practice": False
+        "subject": "s01", "scenario": "iC", "block": 1, "episode": 2, "trial": 3, "practice": False, "closed": False
     }  # fmt: skip
     assert markers.move_in("key/left") is None
     assert markers.move_in("move/subject=s01/block=x/episode=1/trial=2") is None

@@ -12,6 +12,7 @@ WHERE = st.fixed_dictionaries(
         "episode": st.integers(1, 20),
         "trial": st.integers(0, 72),
         "practice": st.booleans(),
+        "closed": st.booleans(),
     }
 )
 ACTORS = st.none() | st.sampled_from(["human", "robot"])
@@ -33,7 +34,7 @@ def test_a_marker_without_actor_and_next_is_what_it_was():
 
 @given(WHERE)
 def test_a_blocks_marker_tells_which_block_begins(where):
-    about = {name: where[name] for name in ("scenario", "block", "practice")}
+    about = {name: where[name] for name in ("scenario", "block", "practice", "closed")}
     text = markers.of_block("s02", **about)
     assert markers.block_in(text) == {"subject": "s02", **about}
     assert markers.move_in(text) is None

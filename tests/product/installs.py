@@ -110,7 +110,7 @@ def try_out(command: list[str], work: Path, *, extras: bool) -> list[str]:
     env = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
     workers = ["-j", str(os.cpu_count() or 1)]
     calls = [["--version"], ["doctor"], ["run", "smoke", *workers], ["run", "smoke", *workers, "--json"],
-             ["show", "decode", "group"], ["robot", "s01", "--config", "smoke"]]  # fmt: skip
+             ["show", "decode", "group", "--config", "smoke"], ["robot", "s01", "--config", "smoke"]]  # fmt: skip
     if extras:
         calls += [
             ["export", "--bids", "bids", "--config", "smoke"],

@@ -276,6 +276,7 @@ def test_show_alone_lists_what_there_is(hrcneuro, smoke, tmp_path):
     other = hrcneuro("show", *given, "--set", "acquire.seed=5", "--set", "simulate.seed=5")
     assert (other.code, other.out) == (3, "")
     assert "with another one have: acquire s01" in other.err
+    assert hrcneuro("show", "--last", *given, "--set", "acquire.seed=5").out == done.out
     assert hrcneuro("show", "--workdir", tmp_path).code == 3
 
 
@@ -336,9 +337,14 @@ def test_show_prints_the_numbers_of_every_stage_and_computes_nothing(hrcneuro, s
     assert "trials by condition" in hrcneuro("show", "epoch", "s01", *given).out
     shown = hrcneuro("show", "decode", "group", "--json", *given).json
     assert set(shown["units"]["group"]) >= {"iC", "sC"}
-    other = hrcneuro("show", "epoch", "s01", *given, "--set", "epoch.reject_uv=900")
-    assert "trials by condition" in other.out
-    assert "params: epoch.reject_uv 1000.0 -> 900.0" in other.err
+    for words in (["epoch", "s01"], ["epoch"]):
+        other = hrcneuro("show", *words, *given, "--set", "epoch.reject_uv=900")
+        assert (other.code, other.out) == (3, "")
+        assert "params: epoch.reject_uv 1000.0 -> 900.0" in other.err
+        assert "--last" in other.err
+        last = hrcneuro("show", *words, "--last", *given, "--set", "epoch.reject_uv=900")
+        assert (last.code, last.err) == (0, "")
+        assert last.out == hrcneuro("show", *words, *given).out
 
 
 def test_show_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcneuro, tmp_path):
@@ -351,12 +357,14 @@ def test_show_answers_for_the_configuration_that_is_asked_whatever_ran_last(hrcn
     assert first.startswith(shown.out.partition("\n")[0])
     assert shown.err == ""
     assert shown.out != hrcneuro("show", "simulate", *other).out
-    third = hrcneuro("show", "simulate", *given, "--set", "simulate.seed=8")
-    assert third.out == hrcneuro("show", "simulate", *other).out
-    assert "the configuration asks for something else by now" in third.err
-    third = hrcneuro("show", "simulate", "--json", *given, "--set", "simulate.seed=8")
-    assert "params: simulate.seed 7 -> 8" in third.json["note"]
-    assert third.json["note"] in third.err
+    # What has not been computed is not answered with something else, by any of the commands that read results.
+    third = (*given, "--set", "simulate.seed=8")
+    for words in (["show", "simulate"], ["path", "simulate", "group"]):
+        assert hrcneuro(*words, "--json", *third).json["ok"] is False
+        refused = hrcneuro(*words, *third)
+        assert (refused.code, refused.out) == (3, "")
+        assert "params: simulate.seed 7 -> 8" in refused.err
+    assert hrcneuro("show", "simulate", "--last", *third).out == hrcneuro("show", "simulate", *other).out
 
 
 def test_show_speaks_of_the_units_that_this_configuration_has(hrcneuro, tiny):

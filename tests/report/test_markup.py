@@ -3,7 +3,7 @@
 import pytest
 from jinja2 import UndefinedError
 
-from hrcneuro.report.markup import NotedCell, PageTable, render
+from hrcneuro.report.markup import NotedCell, PageTable, minus, render
 
 HOSTILE = """<script>alert("it's me")</script>&"""
 
@@ -36,3 +36,21 @@ def test_a_value_that_a_template_lacks_is_an_error():
 def test_a_row_must_fit_its_head():
     with pytest.raises(ValueError, match="2 cells under a head of 1"):
         PageTable(["a"], [["b", "c"]])
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("-0.3 ± 0.4 ms", "−0.3 ± 0.4 ms"),
+        ("marker -0.3 ms", "marker −0.3 ms"),
+        ("[-39.6, -90.0]", "[−39.6, −90.0]"),
+        ("-200 to 0 ms", "−200 to 0 ms"),
+        ("trials HH, tr-1 and tr", "trials HH, tr-1 and tr"),
+        ("1-40 Hz, 2026-11-30, smoke-9eb5", "1-40 Hz, 2026-11-30, smoke-9eb5"),
+        ("--set x.y=-1", "--set x.y=-1"),
+        ("-", "-"),
+        (-1, -1),
+    ],
+)
+def test_a_negative_number_has_a_minus_and_nothing_else_has(text, shown):
+    assert minus(text) == shown

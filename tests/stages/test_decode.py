@@ -120,6 +120,9 @@ def test_rates_follow_from_predictions(study):
     by_fold = one.groupby(["repeat", "fold"])["right"].mean()
     assert 100 * by_fold.mean() == pytest.approx(summary["iC"]["RRvsRH"]["acc"], abs=1e-4)
     assert one.groupby(["repeat"])["epoch"].nunique().tolist() == [70, 70]
+    row = read_table(out / "scores.parquet").set_index(["scenario", "problem"]).loc[("iC", "RRvsRH")]
+    assert row["stays"] == pytest.approx(100 * (one["score"] <= 0).mean(), abs=1)
+    assert row["stays_rule_acc"] == pytest.approx(100 * 40 / 70)
 
 
 def test_predictions_carry_the_trials_keys(study):

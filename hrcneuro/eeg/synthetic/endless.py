@@ -30,34 +30,47 @@ class Endless:
 
     ch_names = CH_NAMES
 
-    def __init__(self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator) -> None:
-        """Make a subject, and two minutes of its rest.
+    def __init__(
+        self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator, sitting: int = 0,
+        rest_s: float = _REST_S,
+    ) -> None:  # fmt: skip
+        """Make a subject, and some minutes of its rest.
 
         Args:
             params: What is planted.
             sfreq: Sampling rate, Hz.
             rng: The subject's generator.
+            sitting: As :func:`~hrcneuro.eeg.synthetic.generator.generate` has it.
+            rest_s: After so long its rest repeats, seconds.
         """
         self.sfreq, self.taken, self._params = sfreq, 0, params
         self._draws, made = rng.spawn(2)
         still = replace(params, effect="none", positivity_uv=0.0, visual_uv=0.0, motor_uv=0.0, error_uv=0.0)
         # One move that evokes nothing: a recording ends five seconds after its last one.
-        nothing = pd.DataFrame([{**_MISSING, "onset_s": _REST_S + _FADE_S - 5.0, "condition_before": None}])
-        rest = generate(nothing, params=still, sfreq=sfreq, rng=made)
+        nothing = pd.DataFrame([{**_MISSING, "onset_s": rest_s + _FADE_S - 5.0, "condition_before": None}])
+        rest = generate(nothing, params=still, sfreq=sfreq, rng=made, sitting=sitting)
         self._rest = _joined_ends(rest.data_uv, round(_FADE_S * sfreq))
         gains: pd.DataFrame = rest.truth["topographies"]
         self._gains = {name: gains[name].to_numpy(np.float32) for name in responses.COMPONENTS}
         self._subject = responses.own_values(params=params, rng=self._draws)
-        self._evoked = np.zeros((len(CH_NAMES), round(_AHEAD_S * sfreq)), np.float32)
+        if sitting:
+            self._draws = self._draws.spawn(sitting)[-1]
+        # Twice what lies ahead, so that what was taken is shifted out now and then only.
+        self._ahead = round(_AHEAD_S * sfreq)
+        self._evoked, self._past = np.zeros((len(CH_NAMES), 2 * self._ahead), np.float32), 0
 
     def take(self, n: int) -> np.ndarray:
         """Return the next samples: ndarray, shape (n, 30), float32, µV."""
         at = (self.taken + np.arange(n)) % self._rest.shape[1]
         data = self._rest[:, at]
-        known = min(n, self._evoked.shape[1])
-        data[:, :known] += self._evoked[:, :known]
-        self._evoked[:, : self._evoked.shape[1] - known] = self._evoked[:, known:]
-        self._evoked[:, self._evoked.shape[1] - known :] = 0
+        known = min(n, self._ahead)
+        data[:, :known] += self._evoked[:, self._past : self._past + known]
+        self._past += known
+        if self._past > self._ahead:
+            left = self._evoked.shape[1] - self._past
+            self._evoked[:, :left] = self._evoked[:, self._past :]
+            self._evoked[:, left:] = 0
+            self._past = 0
         self.taken += n
         return data.T
 
@@ -74,9 +87,8 @@ class Endless:
         table = responses.evoked(row, self._subject, params=self._params, rng=self._draws)
         begin = (onset - self.taken) / self.sfreq
         for name in only:
-            samples = self._evoked.shape[1]
-            wave = responses.course(name, table, np.array([begin]), samples, self.sfreq)
-            self._evoked += self._gains[name][:, None] * wave
+            wave = responses.course(name, table, np.array([begin]), self._ahead, self.sfreq)
+            self._evoked[:, self._past : self._past + self._ahead] += self._gains[name][:, None] * wave
 
 
 def _joined_ends(data: np.ndarray, fade: int) -> np.ndarray:

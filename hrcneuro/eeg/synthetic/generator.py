@@ -54,7 +54,12 @@ class _Latent:
     sfreq: float
     params: SyntheticParams
     streams: dict[str, np.random.Generator]
+    sitting: int = 0
     subject: dict[str, Any] = field(default_factory=dict)
+
+    def by_chance(self, rng: np.random.Generator) -> np.random.Generator:
+        """Return what draws that which differs from sitting to sitting, once the subject's own has been drawn."""
+        return rng if not self.sitting else rng.spawn(self.sitting)[-1]
 
 
 def generate(
@@ -64,6 +69,7 @@ def generate(
     sfreq: float,
     rng: np.random.Generator,
     contaminated: bool = False,
+    sitting: int = 0,
 ) -> Synthetic:
     """Return a continuous recording in which these moves happened.
 
@@ -74,6 +80,8 @@ def generate(
         sfreq: Sampling rate in hertz.
         rng: The subject's generator; each part draws from its own child of it.
         contaminated: Add jolts of millivolts throughout, so that many epochs exceed 1000 µV.
+        sitting: Which recording of this subject it is, from 0: the head, its rhythms and responses are the same, what
+            comes by chance is another.
 
     Raises:
         MovesError: There are no moves, or an onset is missing, negative or out of order.
@@ -86,7 +94,7 @@ def generate(
     onset_s = _onsets(trials)
     streams = dict(zip(_STREAMS, rng.spawn(len(_STREAMS)), strict=True))
     samples = int(np.ceil((onset_s[-1] + _TAIL_S) * sfreq))
-    latent = _Latent(trials, onset_s, samples, sfreq, params, streams)
+    latent = _Latent(trials, onset_s, samples, sfreq, params, streams, sitting)
     table, latent.subject = responses.single_trials(trials, params=params, rng=streams["trials"])
     where, courses, truth = _sources(latent, table)
     data = _background(latent)
@@ -131,6 +139,7 @@ def _sources(
     where = responses.topographies(latent.streams["places"], variability=params.variability)
     courses = {c: responses.course(c, table, latent.onset_s, samples, sfreq) for c in responses.COMPONENTS}
     where |= ocular.propagation(eyes, variability=params.variability)
+    eyes = latent.by_chance(eyes)
     blinks = ocular.blinks(eyes, samples / sfreq, params=params)
     saccades = ocular.saccades(eyes, samples / sfreq, latent.onset_s, params=params)
     courses["blink"] = ocular.blink_course(blinks, "amplitude_uv", samples, sfreq)
@@ -159,6 +168,7 @@ def _rhythms(latent: _Latent) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     human_s = latent.onset_s[responses.is_(latent.trials, "actor", "human")]
     watching = background.desynchronised(samples, sfreq, latent.onset_s, from_s=0.15, to_s=0.60, depth=0.25)
     moving = background.desynchronised(samples, sfreq, human_s, from_s=-0.4, to_s=0.4, depth=0.5)
+    rng = latent.by_chance(rng)
     middle = site("O1") + site("O2")
     sites = {"alpha_left": site("O1"), "alpha_right": site("O2"), "alpha_middle": middle / np.sqrt(np.sum(middle**2))}
     jitter = 0.006 * params.variability
@@ -181,6 +191,7 @@ def _background(latent: _Latent) -> np.ndarray:
     latent.subject["exponent"] = params.exponent + 0.1 * float(own[1])
     density = background.power_law(background.frequencies(samples, sfreq), latent.subject["exponent"])
     mixing = background.dipole_mixing(rng, params.dipoles) * latent.subject["background_uv"]
+    rng = latent.by_chance(rng)
     data = np.empty((len(CH_NAMES), samples), dtype=np.float32)
     for row in data:
         row[:] = background.shaped_noise(rng, density, samples, sfreq)
@@ -197,7 +208,7 @@ def _product(mixing: np.ndarray, block: np.ndarray) -> np.ndarray:
 
 def _electrodes(data: np.ndarray, latent: _Latent) -> None:
     """Add sensor noise, drift and offset of every electrode to ``data`` in place, the mastoids' being everyone's."""
-    rng, params, sfreq = latent.streams["electrodes"], latent.params, latent.sfreq
+    rng, params, sfreq = latent.by_chance(latent.streams["electrodes"]), latent.params, latent.sfreq
     low, high = background.BAND_HZ
     # The RMS up to the Nyquist frequency of white noise that has the wanted RMS within 1-40 Hz.
     white = np.float32(params.sensor_uv * np.sqrt(sfreq / 2 / (min(high, sfreq / 2) - low)))
