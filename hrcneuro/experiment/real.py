@@ -136,6 +136,10 @@ class RealTime:
             if self._policies is not None:
                 # Before the arm's words: what has come by now is what the robot draws from.
                 self._policies.pull()
+                if seen.phase == "the end":
+                    # The loop hears of it, and ends as well.
+                    self._policies.close()
+                    self._policies = None
             for report in self._arm.reports() if self._arm is not None else ():
                 self._flow.report(report)
             self._take_events(now)
