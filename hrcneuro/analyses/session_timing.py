@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.answers.words import number
-from hrcneuro.eeg.latency import Estimate, Latency, drift_ppm, latency, slope
+from hrcneuro.eeg.latency import Estimate, Latency, drift_ppm, latency, nearest, slope
 from hrcneuro.paradigm.markers import move_in
 
 LINKS = {
@@ -22,7 +22,8 @@ LINKS = {
 }
 """Column of the table of moves -> what it is, in the order of the chain."""
 EDGE = "marker_edge_ms"
-_SAME_MOVE_S = 1.0
+_SAME_STAMP_S = 1e-3
+_NAMED = 3
 
 
 @dataclass(frozen=True)
@@ -88,10 +89,9 @@ def session_timing(chain: pd.DataFrame, sfreq: float, driven: pd.DataFrame | Non
         if name in moves and moves[name].notna().any():
             values = moves[name].to_numpy(float)
             links.append(Link(name, latency(values), slope(t_f, values)))
-    # Each part has samples of its own: a drift over all would take the gap between them for one.
-    longest = moves.groupby("part")["edge_sample"].count().idxmax()
-    one = moves[(moves["part"] == longest) & moves["edge_sample"].notna()]
-    drift = drift_ppm(one["edge_sample"].to_numpy(float), one["marker_s"].to_numpy(float), sfreq)
+    # Each part, and what lies between two gaps, has samples of its own: over all, what is missing would be a drift.
+    stretch = moves.groupby(["part", "segment"]).ngroup().to_numpy(int)
+    drift = drift_ppm(moves["edge_sample"].to_numpy(float), moves["sent_s"].to_numpy(float), sfreq, stretch)
     return SessionTiming(links, drift, moves, int(moves["edge_s"].isna().sum()), _amp_delay(links, sfreq))
 
 
@@ -103,6 +103,19 @@ def _amp_delay(links: list[Link], sfreq: float) -> Estimate:
     return Estimate(found.value - step / 2, found.low - step, found.high)
 
 
+def is_of(driven: pd.DataFrame, moves: pd.DataFrame) -> bool:
+    """Return whether a robot's record is of a session: a move of it was marked with the very stamp that was recorded.
+
+    Args:
+        driven: Rows of moves.parquet.
+        moves: As :class:`hrcneuro.sources.chain.Chain` has them.
+    """
+    if "lsl_s" not in driven:
+        return False
+    stamps = np.sort(driven["lsl_s"].dropna().to_numpy(float))
+    return bool((nearest(moves["sent_s"].to_numpy(float), stamps, window=_SAME_STAMP_S) >= 0).any())
+
+
 def _with_robot(moves: pd.DataFrame, driven: pd.DataFrame | None) -> pd.DataFrame:
     """Return the moves with what the robot's own record says of each: duration, and its two links."""
     wanted = {"t_f_s": "t_f_s", "command_motion_ms": "trigger_latency_ms", "motion_sent_ms": "marker_latency_ms"}
@@ -112,11 +125,11 @@ def _with_robot(moves: pd.DataFrame, driven: pd.DataFrame | None) -> pd.DataFram
     keys = ["practice", "block", "episode", "trial"]
     of_move = {tuple(row[key] for key in keys): row for row in known.to_dict("records")}
     rows: list[Mapping[Any, Any]] = []
-    for text, when in zip(moves["marker"], moves["marker_s"], strict=True):
+    for text, sent in zip(moves["marker"], moves["sent_s"], strict=True):
         named = move_in(text) or {}
         row = of_move.get(tuple(named.get(key) for key in keys), {})
-        # The same move of another session has another stamp.
-        rows.append(row if row and abs(row["lsl_s"] - when) < _SAME_MOVE_S else {})
+        # The same move of another session has another stamp; the robot's machine may have a clock of its own.
+        rows.append(row if row and abs(row["lsl_s"] - sent) < _SAME_STAMP_S else {})
     return moves.assign(**{to: [row.get(of, np.nan) for row in rows] for to, of in wanted.items()})
 
 
@@ -129,9 +142,9 @@ def verdict(timing: SessionTiming) -> str:
     text = (
         f"Trigger edges in the EEG followed the markers of motion onset by {number(delay.value, 2)} ms (median of "
         f"{of.n:,}; 95 % CI {number(delay.low, 2)} to {number(delay.high, 2)} ms), with a jitter of SD "
-        f"{number(of.sd, 2)} ms (99 % within {number(of.p99, 2)} ms of the median, worst {number(of.worst, 2)} ms): an "
-        f"amplifier delay of {number(timing.amp_delay.value, 2)} ms ({number(timing.amp_delay.low, 2)} to "
-        f"{number(timing.amp_delay.high, 2)} ms, sampling included)"
+        f"{number(of.sd, 2)} ms{_interval(of.jitter)} (99 % within {number(of.p99, 2)} ms of the median, worst "
+        f"{number(of.worst, 2)} ms): an amplifier delay of {number(timing.amp_delay.value, 2)} ms "
+        f"({number(timing.amp_delay.low, 2)} to {number(timing.amp_delay.high, 2)} ms, sampling included)"
     )
     if timing.drift.value == timing.drift.value:
         text += f"; the amplifier's clock ran {number(timing.drift.value, 2)} ± {number(timing.drift.half, 2)} ppm fast"
@@ -140,6 +153,19 @@ def verdict(timing: SessionTiming) -> str:
         sign = "did not depend" if grows.low <= 0 <= grows.high else "depended"
         text += f"; the delay {sign} on the duration of the motion ({number(grows.value, 2)} ms/s)"
     return f"{text}."
+
+
+def _interval(of: Estimate) -> str:
+    return f", {number(of.low, 2)} to {number(of.high, 2)} ms" if of.low == of.low else ""
+
+
+def without_edge_in_words(timing: SessionTiming) -> list[str]:
+    """Return a sentence on the markers beside which the trigger channel shows nothing; none where it shows all."""
+    if not timing.without_edge:
+        return []
+    lost = timing.moves[timing.moves["edge_s"].isna()]
+    named = ", ".join(lost["marker"].iloc[:_NAMED]) + (", …" if len(lost) > _NAMED else "")
+    return [f"{timing.without_edge} of {len(timing.moves)} markers have no trigger edge beside them: {named}"]
 
 
 def rows_in_words(timing: SessionTiming) -> list[tuple[str, ...]]:

@@ -18,6 +18,7 @@ import numpy as np
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
+from hrcneuro.eeg.breaks import borders
 from hrcneuro.errors import HardwareError
 from hrcneuro.live.amplifier import TRIGGER, Amplifier, Replay, Signal
 from hrcneuro.live.faults import Fault
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from hrcneuro.eeg.synthetic.endless import Endless
 
 _STEP_S = 0.005
+_VOLTAGES = ("eeg", "eog", "ecg", "emg")
 
 
 @dataclass
@@ -39,8 +41,8 @@ class Recorded:
 
     Attributes:
         signal: Its samples.
-        kinds: ``eeg`` or ``eog``, one a channel.
-        onsets: Samples of its moves' onsets.
+        kinds: Its channels' types, as acquire knows them.
+        onsets: Its moves' onsets, as samples of the signal, pauses included.
         markers: Their markers.
         remark: That it was simulated, where it was.
     """
@@ -74,15 +76,19 @@ def recorded(options: Options, study: Settings, subject: str) -> Recorded:
     workdir = Workdir(options.workdir)
     raw = read_raw(workdir.artifact("acquire", subject, f"{subject}_raw.fif"))
     kinds = raw.get_channel_types()
-    picks = [i for i, kind in enumerate(kinds) if kind in ("eeg", "eog")]
-    data = (raw.get_data(picks=picks) * 1e6).astype(np.float32)
+    # Its triggers are made anew from its onsets.
+    picks = [i for i, kind in enumerate(kinds) if kind != "stim"]
+    scale = np.array([1e6 if kinds[i] in _VOLTAGES else 1.0 for i in picks])
+    data = (raw.get_data(picks=picks) * scale[:, None]).astype(np.float32)
+    breaks = [at for at in borders(raw.annotations.onset, raw.annotations.description, raw.info["sfreq"]) if at > 0]
     table = read_table(workdir.artifact("acquire", subject, "trials.parquet"))
     table = table[table["onset_sample"].notna()]
-    signal = Replay([raw.ch_names[i] for i in picks], float(raw.info["sfreq"]), data)
+    signal = Replay([raw.ch_names[i] for i in picks], float(raw.info["sfreq"]), data, breaks)
+    onsets = np.array([signal.place(at) for at in table["onset_sample"].to_numpy(int)])
     return Recorded(
         signal,
         [kinds[i] for i in picks],
-        table["onset_sample"].to_numpy(int),
+        onsets,
         texts_of(table.to_dict("records"), subject),
         origin.mark_of(origin.Origins.of(items[0].summary["origin"])),
     )
@@ -210,7 +216,7 @@ def _outlets(
         sfreq=constant.get("rate", source.sfreq),
         source_id=source_id,
         types=[*kinds, "stim"],
-        units=[*[unit] * len(kinds), "none"],
+        units=[*(unit if kind in _VOLTAGES else "none" for kind in kinds), "none"],
         remark=remark,
     )
 

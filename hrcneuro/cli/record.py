@@ -29,11 +29,14 @@ def record(
 ) -> int:
     """Look at the declared streams, record them, and check the file; return the exit code."""
     from hrcneuro.cli import bring, recording
+    from hrcneuro.live.parameters import undeclared
     from hrcneuro.pipeline.graph import check_subject
 
     study = bring.settings(options)
     check_subject(study, subject)
     wanted = study.live["record"]
+    if said := undeclared(wanted):
+        bring.console(options).say(f"note: {said}", style="yellow")
     if options.dry_run or check:
         looked = recording.check(wanted)
         print(json.dumps(looked, indent=1) if options.json else "\n".join(recording.in_words(looked)))

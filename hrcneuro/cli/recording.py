@@ -24,7 +24,7 @@ from hrcneuro.io.places import check_room, lock, new_folder, unwritable
 from hrcneuro.live import journal, preparation, session
 from hrcneuro.live.lsl import LslNetwork
 from hrcneuro.live.parameters import RecordOptions
-from hrcneuro.live.part import LOCK, Part, number_of, path_of
+from hrcneuro.live.part import LOCK, Part, newest, number_of, path_of
 from hrcneuro.live.preflight import Look
 
 _ROOM = 200_000_000  # bytes: ten minutes of 64 channels at 1 kHz
@@ -200,12 +200,12 @@ def _lock(folder: Path) -> None:
 
 def _last(parent: Path) -> Path:
     """Return the newest recording of a subject, to go on with."""
-    there = sorted(path.parent for path in parent.glob("*/part*.xdf"))
-    if not there:
+    there = newest(parent, "part*.xdf")
+    if there is None:
         raise DataError(
             f"there is no recording to go on with in {parent}", cure="begin one: the same command without --resume"
         )
-    return there[-1]
+    return there
 
 
 def _refuse_without_reader() -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from hrcneuro.live.parameters import RecordOptions
-    from hrcneuro.live.recorder import Stream
+    from hrcneuro.live.recorded_stream import Stream
     from hrcneuro.live.watch import Event
 
 _EVERY_S = 0.5

@@ -17,6 +17,7 @@ from hrcneuro.experiment import session
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
 from hrcneuro.io.places import check_room, new_folder
+from hrcneuro.live.part import newest
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.walk import Item
 
@@ -125,7 +126,8 @@ def _told(options: Options, subject: str, folder: Path, seen: Seen, *, patient: 
     study = bring.settings(where)
     setup = experimenting.setup_of(study, subject, folder)
     talk = bring.console(options)
-    place = max(path.parent for path in (setup.folder / subject).glob("*/*.xdf"))
+    place = newest(setup.folder / subject)
+    assert place is not None
     checked, trouble = recording.read_back(place)
     kept = [*(_borne(seen) if patient else []), *recording.verdict(place, checked), *([trouble] if trouble else [])]
     timing = timing_of.measure(folder, subject, study, place, talk)

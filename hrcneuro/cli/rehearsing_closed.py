@@ -16,7 +16,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, HardwareError
 from hrcneuro.experiment import session
 from hrcneuro.experiment.ahead import Ahead
-from hrcneuro.io.decoders import ABOUT
+from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import check_room, new_folder
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.workdir import Workdir
@@ -168,7 +168,7 @@ def _page(
         kind, wanted.tau, mode=wanted.mode, floor=wanted.floor, afresh=wanted.afresh,
         closed=study.live["experiment"].closed, session=study.sections["acquire"].session,
     )  # fmt: skip
-    about = json.loads((decoder / ABOUT).read_text(encoding="utf-8"))
+    _, about = read_decoder(decoder)
     null = loop.null_of(
         steps, episodes, model, sessions=_NULL_SESSIONS, repetitions=_SIM1_REPETITIONS,
         seed=study.sections["acquire"].seed, claimed=rates_of(about.get("summary", {}).get("problems", {})),

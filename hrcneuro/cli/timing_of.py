@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,12 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import DataError
 from hrcneuro.io.tables import read_table
 from hrcneuro.live import journal
+from hrcneuro.live.part import newest
 from hrcneuro.sources.chain import read_chain
 from hrcneuro.sources.sessions import in_order
 
+FOLDER = "timing"
+"""Where what was measured lies, by subject and recording."""
 _WINDOW_S = 0.3
 
 
@@ -41,9 +43,11 @@ def measure(
     """
     parent = workdir.absolute() / study.live["record"].folder / subject
     if live:
-        with tempfile.TemporaryDirectory(prefix="hrcneuro-timing-") as place:
-            answer = recorder.run(Path(place), subject, study.live["record"], talk, seconds=live, quick=True)
-            return _measured(Path(answer.about["folder"]), workdir, subject, study, parent, end, "live")
+        # Beside its numbers, where nothing overwrites it, and where acquire does not take it for a part of the session.
+        options = replace(study.live["record"], folder=FOLDER)
+        answer = recorder.run(workdir, subject, options, talk, seconds=live, quick=True)
+        chosen = Path(answer.about["folder"])
+        return _measured(chosen, workdir, subject, study, parent, end, chosen.name)
     if folder is not None and not folder.is_dir():
         raise DataError(f"the recording {folder} does not exist", cure="name the folder of a recording, with its .xdf")
     chosen = folder or _newest(parent)
@@ -51,13 +55,13 @@ def measure(
 
 
 def _newest(parent: Path) -> Path:
-    there = sorted({path.parent for path in parent.glob("*/*.xdf")})
-    if not there:
+    there = newest(parent)
+    if there is None:
         raise DataError(
             f"no recording is in {parent}",
             cure="record one: 'hrcneuro record'; or name one that lies elsewhere: --recording FOLDER",
         )
-    return there[-1]
+    return there
 
 
 def _measured(
@@ -66,11 +70,19 @@ def _measured(
     parts = in_order([path for path in folder.glob("*.xdf*") if path.name.lower().endswith((".xdf", ".xdfz"))])
     acquire = study.sections["acquire"]
     chain = read_chain(parts, acquire, window_s=_WINDOW_S, delay_s=acquire.amp_delay_ms / 1e3, end=end)
-    timing = analysis.session_timing(chain.moves, chain.sfreq, _driven(parent, chain.moves))
-    lag = {key: one.get("lag_ms") for part in journal.parts(folder) for key, one in part.get("streams", {}).items()}
-    out = workdir.absolute() / "timing" / subject / name
+    driven, said = _driven(parent, chain.moves)
+    timing = analysis.session_timing(chain.moves, chain.sfreq, driven)
+    lag = {key: one for part in journal.parts(folder) for key, one in part.get("streams", {}).items()}
+    left = [note for note in chain.notes if note.startswith("left ")]
+    told = [*left, *analysis.without_edge_in_words(timing), *said, *_arrivals(lag)]
+    out = workdir.absolute() / FOLDER / subject / name
     out.mkdir(parents=True, exist_ok=True)
-    about = {**timing.summary, "verdict": analysis.verdict(timing), "arrival_ms": lag, "recording": str(folder)}
+    arrival = {key: one.get("lag_ms") for key, one in lag.items()}
+    on_disk = {key: one.get("disk_ms") for key, one in lag.items()}
+    about = {
+        **timing.summary, "verdict": analysis.verdict(timing), "arrival_ms": arrival, "on_disk_ms": on_disk,
+        "recording": str(folder), "notes": [*chain.notes, *said],
+    }  # fmt: skip
     about = _without_nan(about)
     (out / "timing.json").write_text(json.dumps(about, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     timing.moves.to_csv(out / "moves.csv", index=False)
@@ -80,9 +92,9 @@ def _measured(
 
         draw(timing.moves, links, out / "timing.png")
     rows = analysis.rows_in_words(timing)
-    _page(out, subject, rows, about, lag, drawn=bool(links))
+    _page(out, subject, rows, about, told, drawn=bool(links))
     table = _lines(rows) if links else []
-    return Measured(about, [*table, *_arrivals(lag), about["verdict"], f"in {out / 'timing.html'}"])
+    return Measured(about, [*table, *told, about["verdict"], f"in {out / 'timing.html'}"])
 
 
 def _without_nan(value: Any) -> Any:
@@ -92,13 +104,21 @@ def _without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and value != value else value
 
 
-def _driven(parent: Path, moves: pd.DataFrame) -> pd.DataFrame | None:
-    """Return the robot's record of the session whose markers these are: the one whose stamps agree."""
-    for path in sorted(parent.glob("*/moves.parquet"), reverse=True):
+def _driven(parent: Path, moves: pd.DataFrame) -> tuple[pd.DataFrame | None, list[str]]:
+    """Return the robot's record of the session whose markers these are, and a sentence where there is none.
+
+    It is the one whose stamps agree with the markers' as they were sent: the robot's machine may have its own clock.
+    """
+    paths = sorted(parent.glob("*/moves.parquet"), reverse=True)
+    for path in paths:
         table = read_table(path)
-        if "lsl_s" in table and table["lsl_s"].between(moves["marker_s"].min() - 1, moves["marker_s"].max() + 1).any():
-            return table
-    return None
+        if analysis.is_of(table, moves):
+            return table, []
+    if not paths:
+        return None, [f"command and motion: not known, no record of the robot (moves.parquet) is in {parent}"]
+    return None, [
+        f"command and motion: not known, none of the robot's {len(paths)} records in {parent} is of these moves"
+    ]
 
 
 def _lines(rows: list[tuple[str, ...]]) -> list[str]:
@@ -109,17 +129,18 @@ def _lines(rows: list[tuple[str, ...]]) -> list[str]:
     ]
 
 
-def _arrivals(lag: dict[str, Any]) -> list[str]:
+def _arrivals(streams: dict[str, Any]) -> list[str]:
     return [
-        f"{key}: taken to received and written, median {one['median']:.1f} ms, 99 % within {one['p99']:.1f} ms, worst "
-        f"{one['worst']:.1f} ms"
-        for key, one in lag.items()
-        if one
+        f"{key}: taken to written, median {one['lag_ms']['median']:.1f} ms, 99 % within {one['lag_ms']['p99']:.1f} ms, "
+        f"worst {one['lag_ms']['worst']:.1f} ms"
+        + (f"; on the disk within {one['disk_ms']:.0f} ms" if one.get("disk_ms") is not None else "")
+        for key, one in streams.items()
+        if one.get("lag_ms")
     ]
 
 
 def _page(
-    out: Path, subject: str, rows: list[tuple[str, ...]], about: dict[str, Any], lag: dict[str, Any], *, drawn: bool
+    out: Path, subject: str, rows: list[tuple[str, ...]], about: dict[str, Any], told: list[str], *, drawn: bool
 ) -> None:
     from hrcneuro.report import markup
 
@@ -130,7 +151,7 @@ def _page(
         subject=subject,
         verdict=about["verdict"],
         table_rows=markup.PageTable(rows[0], rows[1:]),
-        arrivals=_arrivals(lag),
+        told=told,
         drawn=drawn,
     )
     (out / "timing.html").write_text(page, encoding="utf-8")

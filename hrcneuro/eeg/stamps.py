@@ -13,13 +13,53 @@ import numpy as np
 _LEAST_GAP_S = 0.05
 _LEAST_GAP_SAMPLES = 5
 _AROUND_S = 2.0
+_STEADY = 0.05  # of the sampling interval
+_OFTEN = 3  # so many steps that are early are no accident
+_WAVER = 8.0  # so many times the usual deviation of a step is no usual one
+_KEPT = 0.005  # by this share a sender that counts samples does not miss its rate
+_FEW = 0.1  # of all samples: a clock that runs backwards is no late chunk
+_LATE_S = 30.0  # a chunk that comes later than that behind its neighbours is not put back among them
+
+
+def usual_step(early: np.ndarray, interval: float) -> float:
+    """Return by how much a step between two stamps may differ from the sampling interval without a word, s.
+
+    Most steps within a chunk are exact: those between chunks waver, and what comes late once comes early next. Only
+    what is early tells of that: where samples are lost, all steps are late.
+
+    Args:
+        early: ndarray, shape (n_steps,), by how much each step is shorter than the interval, s.
+        interval: Nominal, s.
+    """
+    wavering = early[early > _STEADY * interval]
+    if len(wavering) < _OFTEN:
+        return 0.5 * interval
+    return max(0.5 * interval, _WAVER * float(np.median(wavering)))
+
+
+def in_order(stamps: np.ndarray, rate: float) -> np.ndarray:
+    """Return the places of the samples in the order of time, where chunks came behind younger ones; else as they are.
+
+    A clock that was set back is no such chunk: its stamps lie among those that are there already, not in their gaps.
+
+    Args:
+        stamps: ndarray, shape (n_samples,), s.
+        rate: Nominal sampling rate, in Hz.
+    """
+    as_they_are = np.arange(len(stamps))
+    back = np.diff(stamps)[np.diff(stamps) < 0]
+    if not 0 < len(back) < _FEW * len(stamps) or not rate or back.min() < -_LATE_S:
+        return as_they_are
+    order = np.argsort(stamps, kind="stable")
+    return order if np.diff(stamps[order]).min() > 0.5 / rate else as_they_are
 
 
 def segments(stamps: np.ndarray, rate: float, known: Sequence[int] = ()) -> list[tuple[int, int]]:
     """Return (first sample, one past the last) of the stretches between which samples are missing.
 
     A sample that is only late is followed by others that are not; after a gap all come later. So a jump counts where
-    the earliest arrival after it, against a steady clock, lies behind the earliest one before it.
+    the earliest arrival after it, against a steady clock, lies behind the earliest one before it. How short a gap can
+    be told hangs on how the stamps waver: of a steady clock that keeps its rate, one sample.
 
     Args:
         stamps: ndarray, shape (n_samples,), s.
@@ -29,6 +69,9 @@ def segments(stamps: np.ndarray, rate: float, known: Sequence[int] = ()) -> list
     period = _period(stamps, rate)
     late = stamps - np.arange(len(stamps)) * period
     least = max(_LEAST_GAP_S, _LEAST_GAP_SAMPLES * period)
+    # A sender that does not keep its own rate has pauses in which nothing was lost.
+    if len(stamps) > 1 and abs(period * rate - 1) < _KEPT:
+        least = min(least, usual_step(period - np.diff(stamps), period))
     around = max(int(_AROUND_S / period), 2)
     starts = [0]
     for at in np.flatnonzero(np.abs(np.diff(late)) > least) + 1:

@@ -28,9 +28,11 @@ class RecorderWatch:
     def look(self) -> str:
         """Return what is wrong with the recording; an empty text where nothing is, or where nobody has recorded."""
         # The arm's own recordings lie beside it, and may be younger; only who records locks.
-        newest = max(self._folder.glob(f"*/{LOCK}"), default=None)
-        if newest is None:
+        there = sorted(self._folder.glob(f"*/{LOCK}"))
+        if not there:
             return ""
+        # The one that is being written, whatever it is called: an older one may be resumed.
+        newest = next((one for one in there if is_locked(one)), there[-1])
         running = is_locked(newest)
         if not (running or self.seen):
             return ""
@@ -46,5 +48,6 @@ def _lost(part: dict[str, Any], declared: Collection[str]) -> list[str]:
     state: dict[str, bool] = {}
     for event in part.get("events", []):
         if event.get("kind") in (*_LOST, *_THERE):
-            state[str(event.get("stream"))] = event["kind"] in _LOST
+            # What it came back as has its name, and a number.
+            state[str(event.get("stream")).partition("#")[0]] = event["kind"] in _LOST
     return [key for key in declared if state.get(key)]

@@ -8,9 +8,11 @@ at once and a marker stream brings milliseconds late, is still in time for its s
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -20,6 +22,7 @@ from hrcneuro.live.transport import Clock
 
 LATENCY_S = 0.03
 PULSE_S = 0.01
+PAUSE_S = 1.0  # of a recording that is sent again, for each of its breaks
 TRIGGER = "TRIGGER"
 MOVE_CODE = 1.0
 
@@ -36,7 +39,10 @@ class Signal(Protocol):
         """Sampling rate, Hz."""
 
     def take(self, n: int) -> np.ndarray:
-        """Return the next samples, shape (n, n_channels), float32, µV; fewer where it ends."""
+        """Return the next samples, shape (n, n_channels), float32, µV; fewer where it ends.
+
+        A row of NaN is a sample that nobody took: it is not sent.
+        """
 
 
 class Outlet(Protocol):
@@ -57,18 +63,38 @@ class Replay:
         ch_names: The channels.
         sfreq: Sampling rate, Hz.
         data: ndarray, shape (n_channels, n_times), float32, µV.
-        taken: Samples that were taken.
+        breaks: First samples after breaks, ascending: nobody knows how long they lasted; a pause stands for each.
+        taken: Samples that were taken, those of pauses among them.
     """
 
     ch_names: Sequence[str]
     sfreq: float
     data: np.ndarray
+    breaks: Sequence[int] = ()
     taken: int = 0
 
+    @property
+    def pause(self) -> int:
+        """Samples of a pause."""
+        return round(PAUSE_S * self.sfreq)
+
+    def place(self, sample: int) -> int:
+        """Return which one of those that are taken a sample of the data is."""
+        return sample + self.pause * bisect_right(self.breaks, sample)
+
     def take(self, n: int) -> np.ndarray:
-        """Return the next samples, shape (n, n_channels), float32, µV; fewer at its end."""
-        piece = self.data[:, self.taken : self.taken + n].T
-        self.taken += len(piece)
+        """Return the next samples, shape (n, n_channels), float32, µV; fewer at its end, and NaN in a pause."""
+        n_channels, n_times = self.data.shape
+        n = min(n, n_times + self.pause * len(self.breaks) - self.taken)
+        piece = np.full((n, n_channels), np.nan, np.float32)
+        edges = [0, *self.breaks, n_times]
+        for start, stop in pairwise(edges):
+            # Of each stretch, what lies in the piece.
+            shift = self.place(start) - start - self.taken
+            low, high = max(start, -shift), min(stop, n - shift)
+            if low < high:
+                piece[low + shift : high + shift] = self.data[:, low:high].T
+        self.taken += n
         return piece
 
 
@@ -184,8 +210,9 @@ class Amplifier:
             late = max(0.0, late + self._jitter * self._rng.standard_normal())
         stamps = self.start + numbers / self._rate + late
         lost = any(fault.kind == "drop" for fault, _ in self._begun)
-        if self._outlet is not None and not lost and not self._stuck:
-            self._outlet.push(stamps, rows)
+        taken = ~np.isnan(values).all(axis=1)
+        if self._outlet is not None and not lost and not self._stuck and taken.any():
+            self._outlet.push(stamps[taken], rows[taken])
 
     def _triggers(self, numbers: np.ndarray) -> np.ndarray:
         length = max(1, round(PULSE_S * self._rate))

@@ -211,7 +211,8 @@ class Deciding:
                 trial.zero_from, trial.zero_stamp = "log", self._known.zeros[key]
             return first, "" if first is not None or not given_up else "missing"
         # An edge may come as late as the window is wide: only then all that may time it are there.
-        if not timeline.passed(head.moment + self._options.snap_s + 2 / sfreq):
+        last = max(0.0, 1e-3 * self._options.amp_delay_ms) + self._options.snap_s
+        if not timeline.passed(head.moment + last + 2 / sfreq):
             return None, "missing" if given_up else ""
         place = timeline.place(head.moment)
         if place is None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+from collections import deque
 
 from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
 from hrcneuro.live.transport import TRUTH, Clock, Inlet, Lost, Network
 
 _LOOK_EVERY_S = 0.5
+_REMEMBERED = 20
 
 
 class Listening:
@@ -19,6 +21,7 @@ class Listening:
         self._network, self._clock, self._person = network, clock, person
         self._inlets: dict[str, Inlet] = {}
         self._offset: dict[str, float] = {}
+        self._heard: dict[str, deque[tuple[float, str]]] = {}
         self._looked = float("-inf")
 
     def step(self) -> None:
@@ -33,10 +36,20 @@ class Listening:
                 self._take(name)
 
     def _find(self) -> None:
-        for one in self._network.visible():
-            if one.name in (TRUTH, MARKERS) and one.name not in self._inlets:
-                with contextlib.suppress(Lost):
-                    self._inlets[one.name] = self._network.open(one)
+        """Listen to the run of each stream that is there: a session that is begun anew is another run of it."""
+        there = self._network.visible()
+        for name in (TRUTH, MARKERS):
+            runs = [one for one in there if one.name == name]
+            inlet = self._inlets.get(name)
+            if not runs or (inlet is not None and inlet.description.uid in {one.uid for one in runs}):
+                continue
+            with contextlib.suppress(Lost):
+                opened = self._network.open(runs[-1])
+                if inlet is not None:
+                    self._take(name)
+                    inlet.close()
+                self._inlets[name] = opened
+                self._offset.pop(name, None)
 
     def _take(self, name: str) -> None:
         inlet = self._inlets[name]
@@ -48,8 +61,14 @@ class Listening:
             self._inlets.pop(name).close()
             return
         offset = self._offset.get(name, 0.0)
+        heard = self._heard.setdefault(name, deque(maxlen=_REMEMBERED))
         for stamp, row in zip(samples.stamps, samples.values, strict=True):
+            said = float(stamp), str(row[0])
+            # Where two inlets of one run were open for a moment, each has it.
+            if said in heard:
+                continue
+            heard.append(said)
             if name == TRUTH:
-                self._person.knows(str(row[0]), offset)
+                self._person.knows(said[1], offset)
             else:
-                self._person.hears(str(row[0]), float(stamp) + offset)
+                self._person.hears(said[1], said[0] + offset)

@@ -193,6 +193,13 @@ class LslInlet:
         taken, self._measured = self._measured, []
         return taken
 
+    def reconnected(self) -> bool:
+        """Return whether liblsl has connected it to another run of its stream since the last call."""
+        # liblsl says so (lsl_was_clock_reset) once it has found the other run and before it asks it for samples, if the
+        # clocks had been compared by then. It looks for the same name, type, format and number of channels, and for
+        # nothing of what the description says beyond that.
+        return bool(self._inlet.was_clock_reset)
+
     def garbled(self) -> int:
         """Return how many texts since the last call were not in UTF-8."""
         count, self._garbled = self._garbled, 0

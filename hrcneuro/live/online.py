@@ -162,6 +162,9 @@ class Online:
             return None, self._clock()
         try:
             samples = self.eeg.inlet.pull()
+            if self.eeg.inlet.reconnected():
+                # Its units and channels are to be looked at again before a sample of it counts.
+                raise Lost("another run of it has begun")
             self.eeg.measure()
         except Lost as error:
             self._lost = str(error)
@@ -174,8 +177,9 @@ class Online:
         samples = self._from_start(samples)
         if not len(samples):
             return
+        samples, breaks = self._in_order(samples, pulled)
         values = np.asarray(samples.values)
-        for broken, part in online_streams.pieces(samples, self._breaks(samples, pulled), self._decoder.sfreq):
+        for broken, part in online_streams.pieces(samples, breaks, self._decoder.sfreq):
             if broken:
                 self.deciding.broken()
                 self._log({"kind": BREAK, "stamp": float(samples.stamps[part.start])})
@@ -224,11 +228,21 @@ class Online:
                 self._tell(f"EEG: {event}")
         return events
 
-    def _breaks(self, samples: Samples, pulled: float) -> list[int]:
+    def _in_order(self, samples: Samples, pulled: float) -> tuple[Samples, list[int]]:
+        """Return the samples without those that came behind younger ones, and where others are missing before."""
+        last, events = self.eeg.watch.last, self._told(self.eeg.watch.feed(samples.stamps, pulled))
+        kinds = {event.kind for event in events}
+        if "late" in kinds and "clock" not in kinds:
+            # A causal filter has gone past their place.
+            youngest = np.maximum.accumulate(np.concatenate([[last], samples.stamps]))[:-1]
+            keep = samples.stamps > youngest
+            samples = Samples(samples.stamps[keep], np.asarray(samples.values)[keep])
+        return samples, self._breaks(samples, pulled, np.concatenate([[last], samples.stamps[:-1]]), events)
+
+    def _breaks(self, samples: Samples, pulled: float, before: np.ndarray, events: list[Event]) -> list[int]:
         """Return the places among the samples before which others are missing."""
-        before = np.concatenate([[self.eeg.watch.last], samples.stamps[:-1]])
         found = []
-        for event in self._told(self.eeg.watch.feed(samples.stamps, pulled)):
+        for event in events:
             if event.kind == "clock":
                 # What was measured of the old clock is worth nothing now.
                 self._after, self._difference = pulled, float("nan")

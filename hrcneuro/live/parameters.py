@@ -8,6 +8,9 @@ from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.learning.params import LEARNERS
 
+_MOVES = "hrcneuro-moves"
+_MARKER_TYPES = ("marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus")
+
 
 @dataclass(frozen=True)
 class Declared:
@@ -43,7 +46,7 @@ class RecordOptions:
     streams: dict[str, Declared] = option(
         {
             "eeg": Declared(type="EEG", sfreq=published.RECORDED_HZ.value),
-            "markers": Declared(name="hrcneuro-moves", type="Markers", sfreq=0.0),
+            "markers": Declared(name=_MOVES, type="Markers", sfreq=0.0),
         },
         "streams that must be there, [record.streams.NAME]",
     )
@@ -60,6 +63,18 @@ class RecordOptions:
         0.0, "an EEG channel beyond this is railed (actiCHamp: 409600 µV); 0: not told", unit="µV", low=0.0
     )
     line_hz: float = option(50.0, "frequency of the mains, whose noise is shown", unit="Hz", low=40.0, high=70.0)
+
+
+def undeclared(options: RecordOptions) -> str:
+    """Return a sentence where no stream of markers must be there; naming the EEG alone leaves the markers out."""
+    if any(
+        one.sfreq == 0 or one.type.lower() in _MARKER_TYPES or one.name == _MOVES for one in options.streams.values()
+    ):
+        return ""
+    return (
+        f"no stream of markers is declared (record.streams names {', '.join(options.streams) or 'none'}): a recording "
+        "begins without them; [record.streams.markers] asks for one"
+    )
 
 
 def check_record(options: RecordOptions) -> list[str]:

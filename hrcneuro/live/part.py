@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+from datetime import datetime
 from pathlib import Path
 
 from hrcneuro.live import xdf
 
+_HEAD = 1024
 LOCK = ".recording"
 """The file in a recording's folder that is locked as long as a process records into it."""
 
@@ -22,6 +24,33 @@ def number_of(path: Path) -> int:
     """Return the number of a part's file; 0 for another file."""
     found = re.fullmatch(r"part(\d+)\.xdfz?", path.name)
     return int(found[1]) if found else 0
+
+
+def began(head: bytes) -> float:
+    """Return when a file says that it was begun, seconds since 1970; 0 where it does not say.
+
+    Args:
+        head: The first bytes of the file, a thousand at least.
+    """
+    found = re.search(rb"<datetime>([^<]*)</datetime>", head)
+    try:
+        return datetime.fromisoformat(found[1].decode()).timestamp() if found else 0.0
+    except (ValueError, OverflowError):
+        return 0.0
+
+
+def newest(parent: Path, pattern: str = "*.xdf*") -> Path | None:
+    """Return the folder of the recording that was begun or resumed last, by what its files say; None for none.
+
+    Folders are named by the time of day of their place, which is set back once a year.
+    """
+
+    def of(path: Path) -> tuple[float, str]:
+        with path.open("rb") as file:
+            return began(file.read(_HEAD)), str(path)
+
+    last = max(parent.glob(f"*/{pattern}"), key=of, default=None)
+    return last and last.parent
 
 
 class Part:

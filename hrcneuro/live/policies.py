@@ -13,7 +13,7 @@ from hrcneuro.learning.online import SUBTASKS, Policy
 from hrcneuro.live.decisions import policy_in
 from hrcneuro.live.transport import DECISIONS, Clock, Description, Inlet, Lost, Network
 
-_LOOK_AGAIN_S = 0.2
+_LOOK_AGAIN_S, _GONE_S = 0.2, 3.0
 _MOST_TOLD = 20
 
 Note = Callable[[str, Mapping[str, Any]], None]
@@ -46,6 +46,7 @@ class Policies:
         """Hear nothing yet; ``clock`` is the receiver's."""
         self._network, self._clock, self._subject = network, clock, subject
         self._inlet: Inlet | None = None
+        self._seen = float("-inf")  # when it was there, seconds of the clock
         self.policy: Policy | None = dict.fromkeys(SUBTASKS, 0.5)
         self.mode = self.decided = ""
         self.refused: Counter[str] = Counter()
@@ -77,10 +78,13 @@ class Policies:
 
     def look(self) -> str:
         """Return what is wrong with the loop, or an empty text; one that was started anew is heard from now on."""
-        there = self._there()
-        if self._inlet is not None and all(one.uid != self._inlet.description.uid for one in there):
-            self._inlet.close()
-            self._inlet = None
+        there, now = self._there(), self._clock()
+        if self._inlet is not None:
+            if any(one.uid == self._inlet.description.uid for one in there):
+                self._seen = now
+            elif now - self._seen >= _GONE_S:
+                # One look may miss a stream that is there.
+                self.close()
         if self._inlet is None:
             self._open(there)
         return "" if self._inlet is not None else "the closed loop is gone"
@@ -110,7 +114,7 @@ class Policies:
     def _open(self, there: list[Description]) -> None:
         for one in there[:1]:
             try:
-                self._inlet = self._network.open(one)
+                self._inlet, self._seen = self._network.open(one), self._clock()
             except Lost:
                 return
 

@@ -6,17 +6,15 @@ those it is handed, so that the same code records at virtual pace.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from hrcneuro.live import xdf
 from hrcneuro.live.part import Part
+from hrcneuro.live.recorded_stream import Stream, apart, footer, not_yet
 from hrcneuro.live.transport import RECORDER, Clock, Description, Inlet, Lost, Samples
 from hrcneuro.live.watch import Event, StreamWatch
-from hrcneuro.paradigm import markers
 
 OWN = RECORDER
 _OWN_NUMBER = 1
@@ -28,55 +26,7 @@ _OWN_XML = (
 _BOUNDARY_S = 10.0
 _SYNC_S = 1.0
 _SLEPT_S = 2.0  # between two steps: the streams wait in memory for half a minute
-_OVERLAP_S = 30.0
-_LAGS = 10_000
-_EVERY_LAG = 5  # pulls: so much of them tells how late they are
-
-
-@dataclass
-class Stream:
-    """A stream that is recorded.
-
-    Attributes:
-        key: Its name in the configuration, or its own.
-        number: In the file.
-        description: What it said of itself when it was opened first.
-        inlet: From which it comes; none while it is lost.
-        watch: Whether it comes as it should.
-        offsets: (when, offset) of each measured difference of clocks, seconds of the recorder's clock.
-        last: The newest samples, for who looks on.
-        gone: Whether it is not on the network any more, as far as is known.
-        lost: Since when it is told to be lost, seconds of the recorder's clock; none where it is not.
-        garbled: Texts that could not be read.
-        ended: Whether another one has taken its place.
-        silent: How long it had been silent when the recording was ended, s.
-        overlap: Stamp up to which its samples were taken from another inlet; NaN for none.
-        pulls: How often samples came.
-        lags: From when the newest sample of a pull was taken to when it was received and written, s, of some pulls.
-    """
-
-    key: str
-    number: int
-    description: Description
-    inlet: Inlet | None
-    watch: StreamWatch
-    offsets: list[tuple[float, float]] = field(default_factory=list)
-    last: Samples | None = None
-    gone: bool = False
-    lost: float | None = None
-    garbled: int = 0
-    pulls: int = 0
-    ended: bool = False
-    silent: float = 0.0
-    overlap: float = float("nan")
-    lags: deque[float] = field(default_factory=lambda: deque(maxlen=_LAGS))
-
-    @property
-    def said_end(self) -> bool:
-        """Whether its newest text tells that none comes any more: such a stream ends on purpose."""
-        if self.last is None or self.description.channel_format != "string":
-            return False
-        return markers.is_end(str(self.last.values[-1][0]))
+_EVERY_LAG, _OF_A_PULL = 5, 10  # so many samples of every fifth pull tell how late they are
 
 
 Tell = Callable[[Stream, Event], None]
@@ -106,12 +56,12 @@ class Recorder:
         about = Description(OWN, "Markers", "string", 0.0, 1, source_id=OWN, xml=_OWN_XML, bare_xml=_OWN_XML)
         self.own = Stream("recorder", _OWN_NUMBER, about, None, StreamWatch(0.0))
         self._bounded = self._synced = self._stepped = now
+        self._untold: list[tuple[Stream, Event]] = []
         part.add(xdf.stream_header(_OWN_NUMBER, _OWN_XML))
         part.add(xdf.clock_offset(_OWN_NUMBER, now, 0.0))
 
-    def add(self, key: str, inlet: Inlet) -> Stream:
-        """Record a stream from now on."""
-        about = inlet.description
+    def add(self, key: str, inlet: Inlet | None, about: Description) -> Stream:
+        """Record a stream from now on, which says ``about`` of itself."""
         watch = StreamWatch(about.sfreq, stall_s=self._stall_s)
         stream = Stream(key, len(self.streams) + _OWN_NUMBER + 1, about, inlet, watch)
         self.streams.append(stream)
@@ -120,7 +70,10 @@ class Recorder:
 
     def resume(self, stream: Stream, inlet: Inlet) -> None:
         """Go on with a stream that had ended, or comes from another inlet now; what it sent twice counts once."""
-        self._take(stream, self._clock())
+        now = self._clock()
+        self._take(stream, now)
+        for samples in self._settled(stream):
+            self._put(stream, samples, now)
         if stream.inlet is not None:
             stream.inlet.close()
         stream.inlet, stream.gone, stream.overlap = inlet, False, stream.watch.last
@@ -141,15 +94,37 @@ class Recorder:
         if not stream.watch.stalled:
             self.mark(stream, Event("back", stream.watch.last, seconds, why="it is there again"))
 
-    def replace(self, stream: Stream, inlet: Inlet) -> None:
-        """Go on with a stream that is another one now: the one in the file ends here, and a new one begins."""
-        self._take(stream, self._clock())
-        if stream.inlet is not None:
+    def replace(self, stream: Stream, inlet: Inlet | None, about: Description, why: str) -> Stream:
+        """Go on with a stream that is another one now: the one in the file ends here, and a new one begins.
+
+        What was held of the new one goes into the new one. Its inlet may be the old one's, or none where it is gone.
+        """
+        now = self._clock()
+        self._take(stream, now)
+        held = self._settled(stream)
+        alike = (about.channel_format, about.n_channels) == (
+            stream.description.channel_format, stream.description.n_channels
+        )  # fmt: skip
+        before, after = apart(held, stream.watch) if alike else (held, [])
+        for samples in before:
+            self._put(stream, samples, now)
+        self.mark(stream, Event("changed", stream.watch.last, why=why))
+        if stream.inlet is not None and stream.inlet is not inlet:
             stream.inlet.close()
         stream.inlet, stream.ended = None, True
         name = stream.key.partition("#")[0]
         runs = sum(one.key.partition("#")[0] == name for one in self.streams)
-        self.add(f"{name}#{runs + 1}", inlet)
+        new = self.add(f"{name}#{runs + 1}", inlet, about)
+        for samples in after:
+            self._put(new, samples, now)
+        if new.watch.count:
+            new.overlap = new.watch.last
+        return new
+
+    @staticmethod
+    def _settled(stream: Stream) -> list[Samples]:
+        held, stream.held, stream.unsure = stream.held, [], False
+        return held
 
     def step(self) -> None:
         """Take what has come and write it.
@@ -169,7 +144,13 @@ class Recorder:
         sync = now - self._synced >= _SYNC_S
         if sync:
             self._synced = now
-        self._part.write(sync=sync)
+        try:
+            self._part.write(sync=sync)
+        finally:
+            self._tell_all()
+        written = self._clock()
+        for stream in self.streams:
+            stream.written(written, synced=sync)
 
     def close(self) -> None:
         """Take what has come, end each stream in the file, and close it.
@@ -183,26 +164,37 @@ class Recorder:
                 self._take(stream, now)
                 if stream.inlet is not None:
                     stream.inlet.close()
-                self._part.add(_footer(stream))
-            self._part.add(_footer(self.own))
+                self._part.add(footer(stream))
+            self._part.add(footer(self.own))
         finally:
-            self._part.close()
+            try:
+                self._part.close()
+            finally:
+                self._tell_all()
 
     def mark(self, stream: Stream, event: Event) -> None:
-        """Tell of an event, and mark it in the file at the time it happened, by the recorder's clock."""
+        """Mark an event in the file at the time it happened, by the recorder's clock; it is told with the next step."""
         known = event.stamp == event.stamp
         when = event.stamp + (stream.offsets[-1][1] if stream.offsets else 0.0) if known else self._clock()
         text = f"{event.kind}/stream={stream.key}/samples={event.samples}/seconds={event.seconds:.6f}"
         self._part.add(xdf.samples(self.own.number, np.array([when]), [[text]], "string"))
         self.own.watch.feed(np.array([when]), when)
-        self._tell(stream, event)
+        self._untold.append((stream, event))
+
+    def _tell_all(self) -> None:
+        """Tell what stood out, once it is in the file: whoever is told may take his time, or be the last thing done."""
+        untold, self._untold = self._untold, []
+        for stream, event in untold:
+            self._tell(stream, event)
 
     def _take(self, stream: Stream, now: float) -> None:
         if stream.inlet is None:
             return
-        for when, offset in stream.inlet.offsets():
-            stream.offsets.append((when, offset))
-            self._part.add(xdf.clock_offset(stream.number, when, offset))
+        stream.unsure = stream.inlet.reconnected() or stream.unsure
+        if not stream.unsure:
+            for when, offset in stream.inlet.offsets():
+                stream.offsets.append((when, offset))
+                self._part.add(xdf.clock_offset(stream.number, when, offset))
         try:
             samples = stream.inlet.pull()
         except Lost as error:
@@ -213,32 +205,26 @@ class Recorder:
         if garbled := stream.inlet.garbled():
             stream.garbled += garbled
             self.mark(stream, Event("garbled", stream.watch.last, samples=garbled))
-        samples = _not_yet(samples, stream)
-        for event in stream.watch.feed(samples.stamps, now):
-            self.mark(stream, event)
+        # Asked again: it may have happened while samples were pulled.
+        stream.unsure = stream.inlet.reconnected() or stream.unsure
+        if not stream.unsure:
+            self._put(stream, samples, now)
+        elif len(samples):
+            stream.held.append(samples)
+
+    def _put(self, stream: Stream, samples: Samples, now: float) -> None:
+        """Let samples go into the file, and what stands out of them."""
+        samples = not_yet(samples, stream)
         if len(samples):
             stream.last = samples
             stream.pulls += 1
-            if stream.pulls % _EVERY_LAG == 1:
-                lag = now - float(samples.stamps[-1]) - (stream.offsets[-1][1] if stream.offsets else 0.0)
-                stream.lags.append(lag)
             about = stream.description
             self._part.add(xdf.samples(stream.number, samples.stamps, samples.values, about.channel_format))
-
-
-def _not_yet(samples: Samples, stream: Stream) -> Samples:
-    """Return what is new of a stream that is received from two inlets, one after the other, for a moment both."""
-    if stream.overlap != stream.overlap or not len(samples):
-        return samples
-    # A clock that began anew is no overlap.
-    new = (samples.stamps > stream.overlap) | (samples.stamps < stream.overlap - _OVERLAP_S)
-    stream.overlap = float("nan")
-    values = samples.values
-    kept = values[new] if isinstance(values, np.ndarray) else [v for v, keep in zip(values, new, strict=True) if keep]
-    return Samples(samples.stamps[new], kept)
-
-
-def _footer(stream: Stream) -> bytes:
-    watch = stream.watch
-    first, last = (watch.first, watch.last) if watch.count else (0.0, 0.0)
-    return xdf.stream_footer(stream.number, first, last, watch.count, stream.offsets)
+            if stream.offsets:
+                taken = samples.stamps + stream.offsets[-1][1]
+                stream.unsynced = float(np.fmin(stream.unsynced, taken.min()))
+                if stream.pulls % _EVERY_LAG == 1:
+                    some = np.linspace(0, len(taken) - 1, min(len(taken), _OF_A_PULL)).round().astype(int)
+                    stream.fresh += taken[some].tolist()
+        for event in stream.watch.feed(samples.stamps, now):
+            self.mark(stream, event)

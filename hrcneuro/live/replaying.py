@@ -68,6 +68,10 @@ class RecordedInlet:
         new, self._measured = known[self._measured :], max(self._measured, len(known))
         return new
 
+    def reconnected(self) -> bool:
+        """Return False: what comes again is one run."""
+        return False
+
     def garbled(self) -> int:
         """Return 0: what could not be read is not in the file."""
         return 0

@@ -26,6 +26,7 @@ from hrcneuro.paradigm import markers
 
 _RATE = 0.005  # by this share a clock does not run wrong: samples are lost
 _LATE_S = 3.0
+_COMPARED_S = 60.0  # clocks are compared each five seconds
 
 
 @dataclass(frozen=True)
@@ -105,10 +106,12 @@ def _told(streams: Sequence[Mapping[str, Any]]) -> dict[str, tuple[int, int]]:
     """Return the gaps that the recorder has marked: in how many places, and how many samples, of each stream."""
     told: dict[str, tuple[int, int]] = {}
     for text in (str(row[0]) for one in streams if _is_own(one) for row in one["time_series"]):
-        if mark := re.match(r"gap/stream=(.*)/samples=(\d+)/", text):
-            places, samples = told.get(mark[1], (0, 0))
-            told[mark[1]] = places + 1, samples + int(mark[2])
-    return told
+        if mark := re.match(r"(gap|late)/stream=(.*)/samples=(\d+)/", text):
+            places, samples = told.get(mark[2], (0, 0))
+            # What came late was told to be missing before.
+            gap = mark[1] == "gap"
+            told[mark[2]] = places + gap, samples + (int(mark[3]) if gap else -int(mark[3]))
+    return {key: (places, samples) for key, (places, samples) in told.items() if samples}
 
 
 def _checked(
@@ -129,7 +132,11 @@ def _checked(
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if sfreq and len(stamps) > 1 else 0.0
     if not sfreq and len(stamps) and markers.is_end(str(stream["time_series"][-1][0])):
         about = {**about, "gone": False}  # it said so
-    flaws = [*_flaws(about, stamps, sfreq, rate), *_cut_short(stream, entries.get(key, {}) if same else {}, part)]
+    flaws = [
+        *_flaws(about, stamps, sfreq, rate),
+        *_never_compared(stream),
+        *_cut_short(stream, entries.get(key, {}) if same else {}, part),
+    ]
     return Checked(
         part=number,
         stream=key,
@@ -158,6 +165,26 @@ def _flaws(about: Mapping[str, Any], stamps: np.ndarray, sfreq: float, rate: flo
         yield "it had ended before the recording did"
     elif sfreq and about.get("silent_s", 0) > _LATE_S:
         yield f"it had been silent for {about['silent_s']:.1f} s in the end"
+
+
+def _never_compared(stream: Mapping[str, Any]) -> Iterator[str]:
+    """Yield that a stream's clock was not compared with the recorder's: nothing can be placed on its samples."""
+    stamps, times = (np.asarray(stream.get(name, ()), float) for name in ("time_stamps", "clock_times"))
+    if not len(stamps):
+        return
+    if not len(times):
+        yield (
+            "its clock was never compared with the recorder's: does a firewall stand in the way of LSL's UDP ports "
+            "(16572 to 16604)?"
+        )
+        return
+    if (np.diff(stamps) < 0).any() or (np.diff(times) < 0).any():
+        return  # a clock that was set is told as such
+    # Within what was recorded: a stream of markers may be silent for long.
+    inside = np.clip(times, stamps[0], stamps[-1])
+    longest = float(np.diff(np.concatenate([stamps[:1], inside, stamps[-1:]])).max())
+    if longest > _COMPARED_S:
+        yield f"its clock was not compared with the recorder's for {longest:.0f} s"
 
 
 def _cut_short(stream: Mapping[str, Any], noted: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[str]:
@@ -189,7 +216,8 @@ def _holes(watch: StreamWatch, stamps: np.ndarray) -> tuple[int, int]:
         gaps = [stamps[start] - stamps[start - 1] for start, _ in parts[1:]]
         return len(gaps), sum(max(0, round(gap * watch.sfreq) - 1) for gap in gaps)
     events = watch.feed(stamps, 0.0)
-    return sum(one.kind in ("gap", "clock") for one in events), watch.missing
+    odd = ("gap", "clock") if watch.missing else ("clock",)
+    return sum(one.kind in odd for one in events), watch.missing
 
 
 def _drift(stream: Mapping[str, Any]) -> float | None:

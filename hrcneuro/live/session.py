@@ -14,12 +14,15 @@ from hrcneuro.live import journal, preflight
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.part import Part
 from hrcneuro.live.preparation import Opened
-from hrcneuro.live.recorder import Recorder, Stream, Tell
+from hrcneuro.live.recorded_stream import Stream
+from hrcneuro.live.recorder import Recorder, Tell
 from hrcneuro.live.transport import Clock, Description, Inlet, Lost, Network
 from hrcneuro.live.watch import Event
 
 _LOOK_AGAIN_S = 0.5
 _GONE_S = 2.5  # the network is looked at once a second
+_HELD_S = 10.0  # so long what comes of another run waits for what that run says of itself
+_ASKED_S = 5.0  # so long the end of a recording waits for it
 _NOTE_EVERY_S = 10.0
 _MOST_EVENTS = 1000  # in session.json; the file of the recording has all of them
 _FEW, _QUIET_S = 10, 10.0  # so many of a stream are said within so many seconds; all of them are counted
@@ -63,12 +66,13 @@ class Session:
         self._was: dict[str, Description] = {}  # the newest run of each stream
         self._noted = clock()
         self._recent: dict[str, deque[float]] = {}
+        self._unsure: dict[str, float] = {}  # since when
         self._seen: dict[str, float] = {}
         self._looked = clock()
         self.unwritten = ""
         self.recorder = Recorder(part, clock, stall_s=options.stall_s, tell=self._tell, keep_host=options.host_name)
         for key, inlet in opened.inlets.items():
-            stream = self.recorder.add(key, inlet)
+            stream = self.recorder.add(key, inlet, inlet.description)
             if key in opened.looks:
                 stream.watch.learn(opened.looks[key].stamps)
         if opened.left_out:
@@ -84,7 +88,7 @@ class Session:
         """
         self.recorder.step()
         now = self._clock()
-        lost = any(one.inlet is None and not one.ended for one in self.recorder.streams)
+        lost = any(one.unsure or (one.inlet is None and not one.ended) for one in self.recorder.streams)
         if lost or now - self._looked >= _LOOK_AGAIN_S:
             self._looked = now
             self._follow(now)
@@ -92,7 +96,11 @@ class Session:
             opening = self._opening.pop(key)
             del self._asked[key]
             with contextlib.suppress(Lost):
-                self._take_over(self._stream(key), opening.result())
+                stream, inlet = self._stream(key), opening.result()
+                if stream.ended:
+                    inlet.close()
+                else:
+                    self._take_over(stream, inlet)
         if now - self._noted >= _NOTE_EVERY_S:
             self._note()
 
@@ -102,8 +110,14 @@ class Session:
         Raises:
             OSError: The disk takes no more.
         """
-        for opening in self._opening.values():
+        for key, opening in self._opening.items():
+            if (stream := self._stream(key)).unsure:
+                with contextlib.suppress(Lost, TimeoutError):
+                    self._take_over(stream, opening.result(_ASKED_S))
             opening.cancel()
+        for stream in self.recorder.streams:
+            if stream.unsure:
+                self._unknown(stream)
         now = self._clock()
         for stream in self.recorder.streams:
             stream.silent = stream.watch.silent(now)
@@ -154,10 +168,23 @@ class Session:
                 self.recorder.lose(stream, "it is seen no more")
             else:
                 self.recorder.find(stream)
-            wanted = stream.key not in self._opening and (stream.gone or stream.watch.stalled)
-            if wanted and (description := self._again(stream, there)) is not None:
+            if not stream.unsure:
+                self._unsure.pop(stream.key, None)
+            elif now - self._unsure.setdefault(stream.key, now) >= _HELD_S:
+                self._unknown(stream)
+                continue
+            wanted = stream.gone or stream.watch.stalled or stream.unsure or self._has_another_run(stream, there)
+            if stream.key in self._opening or not wanted:
+                continue
+            if (description := self._again(stream, there)) is not None:
                 self._asked[stream.key] = description.uid
                 self._opening[stream.key] = self._helper.submit(self._network.open, description)
+
+    def _has_another_run(self, stream: Stream, there: Sequence[Description]) -> bool:
+        """Return whether a stream is seen as another run of its own source, and no more as the one that is received."""
+        was = self._newest(stream)
+        runs = {one.uid for one in there if was.source_id and one.source_id == was.source_id and one.name == was.name}
+        return bool(runs) and was.uid not in runs
 
     def _newest(self, stream: Stream) -> Description:
         return self._was.get(stream.key, stream.description)
@@ -188,11 +215,14 @@ class Session:
             why = f"source id {_short(was.source_id)!r}, now {_short(now.source_id)!r}"
             self.recorder.mark(stream, Event("source", stream.watch.last, why=why))
         if other := _differs(stream.description, inlet.description):
-            self.recorder.mark(stream, Event("changed", stream.watch.last, why=other))
-            self.recorder.replace(stream, inlet)
-            self._was[self.recorder.streams[-1].key] = now
+            self._was[self.recorder.replace(stream, inlet, now, other).key] = now
         else:
             self.recorder.resume(stream, inlet)
+
+    def _unknown(self, stream: Stream) -> None:
+        """Let what comes of another run be a stream of its own, where that run was not to be asked what it is."""
+        why = "another run of it, of which nothing more could be learned"
+        self.recorder.replace(stream, stream.inlet, self._newest(stream), why)
 
 
 def _differs(one: Description, other: Description) -> str:
@@ -203,7 +233,8 @@ def _differs(one: Description, other: Description) -> str:
 
 
 def _short(value: Any) -> str:
-    text = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    # Of all channels the same unit is said once.
+    text = ", ".join(map(str, value if len(set(value)) > 1 else value[:1])) if isinstance(value, tuple) else str(value)
     return text if len(text) <= 40 else f"{text[:39]}…"
 
 
@@ -228,11 +259,12 @@ def summary(stream: Stream) -> dict[str, Any]:
         "last": watch.last if watch.count else None,
         "clock_offset_s": stream.offsets[-1][1] if stream.offsets else None,
         "lag_ms": _lag_ms(stream),
+        "disk_ms": 1e3 * stream.disk if stream.disk == stream.disk else None,
     }
 
 
 def _lag_ms(stream: Stream) -> dict[str, float] | None:
-    """Return how late samples were received and written, by their own stamps; nothing where none came."""
+    """Return how late samples were in the file, by their own stamps; nothing where that is not known."""
     if not stream.lags:
         return None
     lags = 1e3 * np.array(stream.lags)

@@ -90,6 +90,13 @@ class Inlet(Protocol):
     def offsets(self) -> list[tuple[float, float]]:
         """Return new measurements (when, what to add to the sender's stamps), seconds of the receiver's clock."""
 
+    def reconnected(self) -> bool:
+        """Return whether it has been connected to another run of its stream since the last call.
+
+        What is pulled from then on comes from that run, which may have other units; ``description`` is still the old
+        run's. Nothing of the new run is pulled before this is true.
+        """
+
     def garbled(self) -> int:
         """Return how many samples could not be understood since the last call: texts that are not in UTF-8."""
 

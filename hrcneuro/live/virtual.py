@@ -19,8 +19,8 @@ class VirtualNetwork:
 
     Attributes:
         now: The time, seconds.
-        recovers: Whether a stream with a source id is silent once its sender has ended, as LSL's is, which waits for
-            another run of it; else whoever pulls is told.
+        recovers: Whether a stream with a source id is silent once its sender has ended, as LSL's is, until there is
+            another run of it, from which it then comes; else whoever pulls is told.
         on_wait: Called with the time whenever it has moved on.
     """
 
@@ -107,10 +107,13 @@ class VirtualInlet:
         self.description = outlet.description
         self._network, self._outlet = network, outlet
         self._measured = float("-inf")
+        self._reconnected = False
         outlet.inlets.append(self)
 
     def pull(self) -> Samples:
         """Return what has come. Raises :class:`~hrcneuro.live.transport.Lost`."""
+        if self._network.recovers:
+            self._recover()
         waiting, self.waiting = self.waiting, []
         texts = self.description.channel_format == "string"
         if not waiting:
@@ -128,6 +131,24 @@ class VirtualInlet:
             return []
         self._measured = self._network.now
         return [(self._measured, self._outlet.offset)]
+
+    def _recover(self) -> None:
+        """Connect to another run of a stream that is gone, by what liblsl asks for: all but labels, units and rate."""
+        if self._outlet.there or not self.description.source_id:
+            return
+        names = ("name", "type", "channel_format", "n_channels", "source_id")
+        wanted = [getattr(self.description, name) for name in names]
+        for one in self._network.outlets:
+            if one.there and [getattr(one.description, name) for name in names] == wanted:
+                self.close()
+                self._outlet, self._reconnected = one, True
+                one.inlets.append(self)
+                return
+
+    def reconnected(self) -> bool:
+        """Return whether it comes from another run since the last call."""
+        was, self._reconnected = self._reconnected, False
+        return was
 
     def garbled(self) -> int:
         """Return 0: within one process, texts are texts."""

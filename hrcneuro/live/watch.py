@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hrcneuro.eeg.stamps import usual_step
+
 _LEARN = 2000  # steps between samples from which it is learned how they waver
 _FEW_INTERVALS = 5  # a slow stream is not silent between two of its samples
-_STEADY = 0.05  # of the sampling interval
-_OFTEN = 3  # so many steps that are early are no accident
-_WAVER = 8.0  # so many times the usual deviation of a step is no usual one
+_HOLES = 1000  # gaps that what comes late may still fill
 _RESET_S = 1.0  # by so much more than the time that passed a clock does not run ahead
 
 
@@ -25,11 +25,11 @@ class Event:
     """Something that a person should know of a stream.
 
     Attributes:
-        kind: ``gap``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed``, ``source`` or
+        kind: ``gap``, ``late``, ``clock``, ``stall``, ``back``, ``lost``, ``garbled``, ``changed``, ``source`` or
             ``slept``.
         stamp: Where, seconds of the sender's clock: of the last sample before it.
         seconds: How long it lasted, or by how much the clock was set; 0 where that is not known yet.
-        samples: How many are missing.
+        samples: How many are missing, or came late.
         why: What is known of the cause.
     """
 
@@ -42,6 +42,8 @@ class Event:
     def __str__(self) -> str:
         if self.kind == "gap":
             return f"{self.samples} samples ({self.seconds:.3f} s) are missing"
+        if self.kind == "late":
+            return f"{self.samples} samples that were missing came late, behind younger ones"
         if self.kind == "clock":
             return f"the sender's clock was set by {self.seconds:+.3f} s"
         if self.kind == "slept":
@@ -67,7 +69,7 @@ class StreamWatch:
         sfreq: Nominal rate, Hz; 0 for a stream of irregular times, of which no gap can be told.
         stall_s: A regular stream that is silent for so long is called stalled.
         count: Samples that came.
-        first, last: Their stamps, seconds of the sender's clock; NaN before any came.
+        first, last: Stamps of the first and of the youngest, seconds of the sender's clock; NaN before any came.
         missing: Samples that did not.
         stalled: Whether it is silent now.
         waited: How long it was looked at before its first samples came, s.
@@ -83,6 +85,7 @@ class StreamWatch:
     waited: float = 0.0
     _came: float | None = None
     _steps: deque[float] = field(default_factory=lambda: deque(maxlen=_LEARN))
+    _holes: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_HOLES))
 
     def learn(self, stamps: np.ndarray) -> None:
         """Take in how the stamps of this stream waver, from some seconds of it before the watch."""
@@ -109,12 +112,12 @@ class StreamWatch:
             events.append(Event("back", self.last, silent))
             self.stalled = False
         joined = stamps if self.count == 0 else np.concatenate([[self.last], stamps])
-        events += self._odd_steps(joined, silent)
+        told, self.last = self._odd_steps(joined, silent)
         if self.count == 0:
             self.first, self.waited = float(stamps[0]), silent
         self.count += len(stamps)
-        self.last, self._came = float(stamps[-1]), now
-        return events
+        self._came = now
+        return [*events, *told]
 
     @property
     def came(self) -> float:
@@ -134,29 +137,56 @@ class StreamWatch:
         self.stalled = True
         return [Event("stall", self.last, silent)]
 
-    def _odd_steps(self, stamps: np.ndarray, silent: float) -> list[Event]:
-        steps = np.diff(stamps)
+    def _odd_steps(self, stamps: np.ndarray, silent: float) -> tuple[list[Event], float]:
+        """Return what stands out in stamps, of which the first is the last one before, and the youngest of them."""
+        steps, last = np.diff(stamps), float(stamps[-1])
         if not self.sfreq or not len(steps):
-            return []
+            return [], last
         interval, usual = 1 / self.sfreq, self._usual()
         odd = np.flatnonzero((steps > interval + usual) | (steps < -usual))
-        events = []
-        for at in odd:
-            step, stamp = float(steps[at]), float(stamps[at])
-            if step < 0 or step > max(silent, 2 * self.stall_s) + _RESET_S:
-                events.append(Event("clock", stamp, step - silent))
-            elif (lost := round(step * self.sfreq) - 1) > 0:
-                self.missing += lost
-                events.append(Event("gap", stamp, lost * interval, lost))
-        self._steps.extend(interval - steps[-_LEARN:])
-        return events
+        events, wavering = [], np.ones(len(steps), bool)
+        if len(odd):
+            pieces = np.split(stamps, odd + 1)
+            last = float(pieces[0][-1])
+            for at, piece in zip(odd, pieces[1:], strict=True):
+                if hole := self._hole_of(piece, last):
+                    # Its clock is the same, and what comes behind it goes on from before it.
+                    events.append(self._filled(hole, piece))
+                    wavering[at] = False
+                    continue
+                events += self._step(last, float(piece[0]), silent, usual)
+                last = float(piece[-1])
+        self._steps.extend((interval - steps)[wavering][-_LEARN:])
+        return events, last
+
+    def _step(self, last: float, after: float, silent: float, usual: float) -> list[Event]:
+        step = after - last
+        if step < -usual or step > max(silent, 2 * self.stall_s) + _RESET_S:
+            self._holes.clear()
+            return [Event("clock", last, step - silent)]
+        lost = round(step * self.sfreq) - 1
+        if step <= 1 / self.sfreq + usual or lost < 1:
+            return []
+        self.missing += lost
+        self._holes.append((last, after))
+        return [Event("gap", last, lost / self.sfreq, lost)]
+
+    def _hole_of(self, piece: np.ndarray, last: float) -> tuple[float, float] | None:
+        """Return the gap in which samples belong that came behind younger ones; none where they belong in none."""
+        if piece[0] > last:
+            return None
+        margin = 0.5 / self.sfreq
+        around = ((a, b) for a, b in self._holes if a + margin < piece[0] and piece[-1] < b - margin)
+        return next(around, None)
+
+    def _filled(self, hole: tuple[float, float], piece: np.ndarray) -> Event:
+        self._holes.remove(hole)
+        begin, end = float(piece[0]), float(piece[-1])
+        rest = [(hole[0], begin), (end, hole[1])]
+        self._holes.extend((a, b) for a, b in rest if round((b - a) * self.sfreq) > 1)
+        self.missing -= len(piece)
+        return Event("late", hole[0], len(piece) / self.sfreq, len(piece))
 
     def _usual(self) -> float:
         """Return by how much a step may differ from the sampling interval without a word, seconds."""
-        interval = 1 / self.sfreq
-        # Most steps within a chunk are exact: those between chunks waver, and what comes late once comes early next.
-        # Only what is early tells of that: where samples are lost, all steps are late.
-        wavering = [early for early in self._steps if early > _STEADY * interval]
-        if len(wavering) < _OFTEN:
-            return 0.5 * interval
-        return max(0.5 * interval, _WAVER * float(np.median(wavering)))
+        return usual_step(np.fromiter(self._steps, float, len(self._steps)), 1 / self.sfreq)

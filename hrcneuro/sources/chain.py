@@ -14,14 +14,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hrcneuro.eeg.edges import rising
 from hrcneuro.eeg.latency import nearest
+from hrcneuro.eeg.stamps import segments
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.live.transport import TRIGGER_TYPES
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources.formats import xdf
-from hrcneuro.sources.formats.xdf_streams import NoSamples, choose_eeg, info, marker_streams, rate_of, recorded_gaps
+from hrcneuro.sources.formats.xdf_streams import (
+    NoSamples,
+    choose_eeg,
+    in_order,
+    info,
+    marker_streams,
+    rate_of,
+    recorded_gaps,
+)  # fmt: skip
 from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.triggers import triggers_of
+
+_FEW_CODES = 16
 
 
 @dataclass(frozen=True)
@@ -29,9 +41,11 @@ class Chain:
     """What the recordings of a subject tell.
 
     Attributes:
-        moves: A row a marker: ``marker`` (its text), ``part``, ``marker_s`` (its stamp), ``edge_s`` (that of the sample
-            with the trigger's edge), ``edge_sample``, ``end_s`` (that of the end point's edge); NaN for none. Stamps
-            are on the recorder's clock, corrected by the measured differences of clocks.
+        moves: A row a marker: ``marker`` (its text), ``part``, ``marker_s`` (its stamp), ``sent_s`` (the same on its
+            sender's clock), ``edge_s`` (the stamp of the sample with the trigger's edge), ``edge_sample``,
+            ``segment`` (of the samples without a gap, the one that holds it), ``end_s`` (that of the end point's
+            edge); NaN for none. Stamps but ``sent_s`` are on the recorder's clock, corrected by the measured
+            differences of clocks.
         sfreq: Nominal rate of the EEG, Hz.
         notes: What a person may want to know of the reading.
     """
@@ -67,14 +81,17 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
             continue
         notes += said + more
         sfreq = rate_of(eeg)
+        streams, eeg = [one for one in streams if one is not eeg], in_order(eeg)
         stamps = np.asarray(eeg["time_stamps"], float)
-        streams, _ = recorded_gaps([one for one in streams if one is not eeg], stamps)
-        texts, when = _moves(marker_streams(streams)[0])
-        edges = _edges(eeg, _trigger(eeg, options.markers, path))
-        found = {"marker": texts, "part": number, "marker_s": when}
+        streams, gaps = recorded_gaps(streams, stamps)
+        starts = [start for start, _ in segments(stamps, sfreq or 1 / float(np.median(np.diff(stamps))), gaps)]
+        texts, when, sent = _moves(marker_streams(streams)[0], path)
+        edges = _edges(eeg, _trigger(eeg, options.markers, path), starts)
+        found: dict[str, Any] = {"marker": texts, "part": number, "marker_s": when, "sent_s": sent}
         found |= _beside(when, edges, stamps, window_s, delay_s, "edge")
+        found["segment"] = np.searchsorted(starts, found["edge_sample"], side="right")
         if end:
-            found |= _beside(when, _edges(eeg, _row(eeg, end, path)), stamps, window_s, delay_s, "end")
+            found |= _beside(when, _edges(eeg, _row(eeg, end, path), starts), stamps, window_s, delay_s, "end")
         tables.append(pd.DataFrame(found))
     if empty and not tables:
         raise empty[0]
@@ -87,15 +104,18 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
     return Chain(moves, sfreq, notes)
 
 
-def _moves(streams: list[dict[str, Any]]) -> tuple[list[str], np.ndarray]:
-    pairs = [
-        (float(stamp), str(row[0]))
-        for stream in streams
-        for stamp, row in zip(stream["time_stamps"], stream["time_series"], strict=True)
+def _moves(streams: list[dict[str, Any]], path: Path) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Return text, stamp and stamp on the sender's clock of each marker of a move, by time."""
+    ids = [stream["info"]["stream_id"] for stream in streams]
+    as_sent = {one["info"]["stream_id"]: one["time_stamps"] for one in xdf.as_sent(path, ids)} if ids else {}
+    rows = [
+        (float(stamp), float(sent), str(row[0]))
+        for stream, number in zip(streams, ids, strict=True)
+        for stamp, sent, row in zip(stream["time_stamps"], as_sent[number], stream["time_series"], strict=True)
         if move_in(str(row[0]))
     ]
-    pairs.sort()
-    return [text for _, text in pairs], np.array([stamp for stamp, _ in pairs])
+    rows.sort()
+    return [text for *_, text in rows], np.array([one[0] for one in rows]), np.array([one[1] for one in rows])
 
 
 def _beside(
@@ -129,13 +149,24 @@ def _row(eeg: dict[str, Any], name: str, path: Path) -> int:
     return labels.index(name)
 
 
-def _edges(eeg: dict[str, Any], row: int) -> np.ndarray:
-    """Return the samples at which a channel rises: of codes each trigger, of a voltage half its range."""
+def _edges(eeg: dict[str, Any], row: int, starts: Sequence[int] = (0,)) -> np.ndarray:
+    """Return the samples at which a channel rises: of codes each trigger, of a voltage half its range.
+
+    Args:
+        eeg: The stream.
+        row: The channel's; below 0 for none.
+        starts: First samples of the segments.
+    """
     if row < 0 or not len(eeg["time_series"]):
         return np.zeros(0, int)
     values = np.asarray(eeg["time_series"], float)[:, row]
-    if np.array_equal(values, np.rint(values)) and np.abs(values).max() < 2**31:
-        return triggers_of(values.astype(np.int64), "", ()).samples
-    low, high = np.percentile(values, (1, 99.9))
-    above = values > (low + high) / 2
-    return np.flatnonzero(above[1:] & ~above[:-1]) + 1
+    if np.array_equal(values, np.rint(values)) and np.abs(values).max() < 2**31 and _are_codes(eeg, row, values):
+        return triggers_of(values.astype(np.int64), "", list(starts)).samples
+    return rising(values, rate_of(eeg) or 1 / float(np.median(np.diff(eeg["time_stamps"]))), starts)
+
+
+def _are_codes(eeg: dict[str, Any], row: int, values: np.ndarray) -> bool:
+    """Return whether whole numbers are codes: by the channel's type, or as they are few; a converter counts, too."""
+    about = xdf.channels(eeg)
+    kind = about[row].get("type", "").lower() if row < len(about) else ""
+    return kind in TRIGGER_TYPES or len(np.unique(values)) <= _FEW_CODES

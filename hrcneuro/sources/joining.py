@@ -78,6 +78,7 @@ def join(recordings: list[Recording], names: list[str]) -> Recording:
     lengths = [f"{name} ({one.duration_s:.1f} s)" for one, name in zip(recordings, names, strict=True)]
     joined.notes = [f"joined, with a break between: {', '.join(lengths)}"]
     joined.notes += [f"{name}: {note}" for one, name in zip(recordings, names, strict=True) for note in one.notes]
+    joined.warnings = [f"{name}: {text}" for one, name in zip(recordings, names, strict=True) for text in one.warnings]
     return joined
 
 

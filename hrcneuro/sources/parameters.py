@@ -60,7 +60,11 @@ class Source:
         "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
     )
     snap_s: float = option(
-        0.1, "recording: so far a trigger's edge may be from the marker that it times", unit="s", low=0, high=0.5
+        0.1,
+        "recording: so far a trigger's edge may be from its marker and the delay that most have in common",
+        unit="s",
+        low=0,
+        high=0.5,
     )
     amp_delay_ms: float = option(
         0.0, "recording: how much later the amplifier's stamps show what happens", unit="ms", low=-500, high=500

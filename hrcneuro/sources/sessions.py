@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,7 @@ import pandas as pd
 
 from hrcneuro.eeg.latency import nearest
 from hrcneuro.errors import DataError
-from hrcneuro.live.part import number_of
+from hrcneuro.live.part import began, number_of
 from hrcneuro.paradigm.markers import move_in
 from hrcneuro.sources import dataset, experiments, joining, triggers
 from hrcneuro.sources.formats.packed import unpacked
@@ -22,6 +20,8 @@ from hrcneuro.sources.origin import with_log
 from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.recording import Recording
 
+_WIDE_S = 0.3  # the next move's edge is farther away than that
+_FEW, _MOST = 5, 0.8  # of so many edges, so large a share agrees where a delay is common to all
 _KEYS = ("practice", "block", "episode", "trial")
 
 
@@ -124,12 +124,7 @@ def _place(inside: list[Path]) -> Callable[[Path], tuple[float, str]]:
 def _begun(path: Path) -> float:
     """Return when a file says that it was begun, s since 1970; 0 where it does not say."""
     with unpacked(path) as file:
-        head = file.read(1024)
-    found = re.search(rb"<datetime>([^<]*)</datetime>", head)
-    try:
-        return datetime.fromisoformat(found[1].decode()).timestamp() if found else 0.0
-    except (ValueError, OverflowError):
-        return 0.0
+        return began(file.read(1024))
 
 
 def _counts_triggers(recording: Recording, options: Source) -> bool:
@@ -206,23 +201,41 @@ def _edges(recording: Recording, options: Source) -> np.ndarray:
 def snapped(marker_s: np.ndarray, edges_s: np.ndarray, *, window_s: float, delay_s: float = 0.0) -> Onsets:
     """Return each onset at the trigger's edge nearest to its marker, within a window; else at the marker.
 
+    The window lies about the delay that the markers have in common, where they have one: edges that come about as late
+    as the window is wide would else time some of the moves, and markers the others. A move without an edge is timed by
+    that same delay.
+
     Args:
         marker_s: ndarray, shape (n_rows,), s from the first sample; NaN where there is none.
         edges_s: ndarray, shape (n_edges,), s, ascending.
         window_s: How far an edge may be from its marker.
-        delay_s: How much later than it happened the amplifier's stamps show something.
+        delay_s: How much later than it happened the amplifier's stamps show something; where edges say otherwise, what
+            they say counts.
     """
+    delay_s = _common_delay(marker_s, edges_s, window_s=window_s, delay_s=delay_s)
     at = nearest(marker_s, edges_s, window=window_s, expected=delay_s)
     trigger = np.where(at >= 0, edges_s[at], np.nan) if len(edges_s) else np.full(len(marker_s), np.nan)
     expected = marker_s + delay_s
     return Onsets(marker_s, trigger, np.where(np.isfinite(trigger), trigger, expected))
 
 
+def _common_delay(marker_s: np.ndarray, edges_s: np.ndarray, *, window_s: float, delay_s: float) -> float:
+    """Return by how much most edges lie behind their markers, s; ``delay_s`` where few have one, or they disagree."""
+    at = nearest(marker_s, edges_s, window=_WIDE_S, expected=delay_s)
+    late = edges_s[at[at >= 0]] - marker_s[at >= 0]
+    if len(late) < _FEW:
+        return delay_s
+    middle = float(np.median(late))
+    agree = np.abs(late - middle) <= window_s
+    return middle if agree.mean() >= _MOST else delay_s
+
+
 def _tell(recording: Recording, onsets: Onsets, options: Source) -> None:
     both = np.isfinite(onsets.trigger_s)
     known = int(np.isfinite(onsets.marker_s).sum())
-    if not len(recording.picks("stim")):
-        recording.notes.append(f"no trigger channel: onsets are the markers' and {options.amp_delay_ms:g} ms")
+    if not len(recording.picks("stim")) or options.markers == "annotations":
+        why = "no trigger channel is there" if not len(recording.picks("stim")) else "no trigger channel is asked for"
+        recording.notes.append(f"{why}: onsets are the markers' and {options.amp_delay_ms:g} ms")
         return
     if not both.any():
         recording.warnings.append(f"no edge of the trigger channel lies within {options.snap_s:g} s of a marker")

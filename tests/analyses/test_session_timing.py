@@ -6,6 +6,7 @@ import pytest
 from recorded_lab import SFREQ, Lab, marker_of
 
 from hrcneuro.analyses import session_timing as analysis
+from hrcneuro.eeg import edges
 from hrcneuro.errors import ConfigError
 from hrcneuro.paradigm.params import SessionParams
 from hrcneuro.paradigm.session import simulate_session
@@ -57,6 +58,13 @@ def test_planted_jitter_and_drift_are_found_too(tmp_path, trials):
     assert f"{timing.drift.value:.2f}" in analysis.verdict(timing)
 
 
+@pytest.mark.parametrize("lost", [("drop=0.3@8", "drop=2.5@20"), ("drop=0.02@8",)])
+def test_what_is_missing_is_no_drift(tmp_path, trials, lost):
+    timing, _ = measured(tmp_path, trials, "drift=50", *lost)
+    assert timing.drift.low <= 50 <= timing.drift.high
+    assert timing.drift.half < 20
+
+
 def test_a_clock_of_its_own_changes_nothing_that_is_corrected(tmp_path, trials):
     timing, _ = measured(tmp_path, trials, "delay=0.037", offset=1234.5, drift_ppm=40.0)
     assert timing.amp_delay.value == pytest.approx(37, abs=0.5)
@@ -68,15 +76,17 @@ def robot_of(lab):
     rng = np.random.default_rng(2)
     t_f = rng.uniform(0.6, 1.2, len(numbers))
     return numbers.assign(
-        lsl_s=lab.amplifier.start + lab.trials["onset_s"].to_numpy(),
+        lsl_s=lab.amplifier.start + lab.trials["onset_s"].to_numpy() - lab.robot_offset,
         t_f_s=t_f,
         trigger_latency_ms=28 + 5 * t_f,
         marker_latency_ms=0.2,
     )
 
 
-def test_the_robots_record_adds_its_links_and_the_duration_of_each_move(tmp_path, trials):
-    timing, _ = measured(tmp_path, trials, driven=robot_of)
+@pytest.mark.parametrize("robot_offset", [0.0, -54321.5])
+def test_the_robots_record_adds_its_links_and_the_duration_of_each_move(tmp_path, trials, robot_offset):
+    """Also where the robot's machine is another one, with a clock of its own."""
+    timing, _ = measured(tmp_path, trials, driven=robot_of, robot_offset=robot_offset)
     assert [one.name for one in timing.links] == ["command_motion_ms", "motion_sent_ms", "marker_edge_ms"]
     grows = of(timing, "command_motion_ms").by_duration
     assert grows.value == pytest.approx(5)
@@ -91,8 +101,8 @@ def test_another_sessions_record_is_not_taken_for_this_one(tmp_path, trials):
 
 def test_markers_without_edges_are_said(tmp_path, trials):
     timing, lab = measured(tmp_path, trials)
-    chain = pd.DataFrame({"marker": [marker_of(lab.trials.iloc[0])], "part": 1, "marker_s": 1.0})
-    chain = chain.assign(edge_s=np.nan, edge_sample=np.nan)
+    chain = pd.DataFrame({"marker": [marker_of(lab.trials.iloc[0])], "part": 1, "marker_s": 1.0, "sent_s": 1.0})
+    chain = chain.assign(edge_s=np.nan, edge_sample=np.nan, segment=0)
     alone = analysis.session_timing(chain, SFREQ)
     assert (alone.links, alone.without_edge) == ([], 1)
     assert "No trigger edges" in analysis.verdict(alone)
@@ -110,10 +120,48 @@ def test_an_end_point_adds_its_links_and_a_channel_that_is_not_there_is_named(tm
         read_chain(part, acquire.Config(), window_s=0.3, delay_s=0.0, end="PHOTTO")
 
 
-def test_a_photodiode_s_edges_are_where_it_passes_half_its_range():
-    rng = np.random.default_rng(1)
-    light = 5 * rng.standard_normal(10_000)
-    for at in (1000, 4000, 7000):
-        light[at : at + 300] += 400
-    stream = {"time_series": light[:, None]}
-    np.testing.assert_array_equal(chain_of._edges(stream, 0), [1000, 4000, 7000])
+def light(n=60_000, height=400.0, noise=5.0, seed=1):
+    rng = np.random.default_rng(seed)
+    on = np.arange(1000, n - 1000, 2711)
+    values = noise * rng.standard_normal(n)
+    for at in on:
+        values[at : at + 300] += height
+    return values, on
+
+
+SPOILED = {
+    "as it is": lambda values: values,
+    "a baseline that drifts by three times its range": lambda values: values + np.linspace(0, 1200, len(values)),
+    "a baseline that sways": lambda values: values + 300 * np.sin(np.arange(len(values)) / 9000),
+    "peaks of one sample": lambda values: values + 800 * (np.arange(len(values)) % 1777 == 5),
+    "an upside-down offset": lambda values: values - 1e5,
+    "whole numbers, as a converter has them": lambda values: np.rint(values),
+}
+
+
+@pytest.mark.parametrize("spoiled", SPOILED)
+def test_a_photodiode_s_edges_are_where_it_passes_half_its_range(spoiled):
+    values, on = light()
+    values = SPOILED[spoiled](values)
+    stream = {"time_series": values[:, None], "info": {"nominal_srate": ["1000"]}}
+    np.testing.assert_array_equal(chain_of._edges(stream, 0), on)
+
+
+def test_noise_about_the_threshold_makes_one_edge_of_each():
+    values, on = light(noise=40.0)
+    slow = np.convolve(values - 0.5 * values, np.ones(40) / 40, "same") + values * 0.1
+    found = edges.rising(slow, 1000.0)
+    assert len(found) == len(on)
+    assert np.abs(found - on).max() < 45
+
+
+def test_where_there_is_nothing_but_noise_or_nothing_at_all_there_is_no_edge():
+    assert len(edges.rising(light(height=0.0)[0], 1000.0)) == 0
+    assert len(edges.rising(np.zeros(5000), 1000.0)) == 0
+    assert len(edges.rising(np.full(5000, np.nan), 1000.0)) == 0
+    assert len(edges.rising(np.ones(2), 1000.0)) == 0
+
+
+def test_a_light_that_is_on_where_a_segment_begins_is_no_edge():
+    values, on = light()
+    np.testing.assert_array_equal(edges.rising(values, 1000.0, [0, int(on[3])]), np.delete(on, 3))

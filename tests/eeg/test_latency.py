@@ -40,6 +40,14 @@ def test_a_slope_agrees_with_scipy():
     assert np.isnan(lat.slope(np.ones(5), np.arange(5.0)).value)
 
 
+@pytest.mark.parametrize("kind", ["normal", "uniform", "laplace"])
+def test_the_jitter_lies_in_its_interval_about_as_often_as_that_promises(kind):
+    rng = np.random.default_rng(3)
+    true = {"normal": 1.0, "uniform": 1 / np.sqrt(12), "laplace": np.sqrt(2)}[kind]
+    found = [lat.latency(getattr(rng, kind)(size=400)).jitter for _ in range(400)]
+    assert 0.9 < np.mean([one.low <= true <= one.high for one in found]) < 0.99
+
+
 @pytest.mark.parametrize("ppm", [-200.0, 0.0, 50.0])
 def test_drift_lies_in_its_interval_as_often_as_that_promises(ppm):
     rng = np.random.default_rng(3)
@@ -50,6 +58,13 @@ def test_drift_lies_in_its_interval_as_often_as_that_promises(ppm):
         hits += found.low <= ppm <= found.high
         assert found.half < 0.1
     assert 0.9 < hits / 300 < 0.99
+
+
+def test_events_in_step_with_the_samples_leave_the_drift_as_uncertain_as_a_sample_is_long():
+    when = np.arange(60.0)
+    found = lat.drift_ppm(when * 1000, when, 1000.0)
+    assert found.value == pytest.approx(0, abs=1e-6)
+    assert found.half == pytest.approx(1.96e6 / np.sqrt(12) / 1000 / np.sqrt(60 * (60**2 - 1) / 12), rel=1e-3)
 
 
 @given(

@@ -38,8 +38,21 @@ def test_what_the_recorder_loses_is_told_also_beside_a_younger_recording_of_the_
     assert watch.look() == "the recorder has lost eeg"
     told(folder, {"kind": "lost", "stream": "eeg"}, {"kind": "back", "stream": "eeg"})
     assert watch.look() == ""
+    told(folder, {"kind": "changed", "stream": "eeg"}, {"kind": "lost", "stream": "eeg#2"})
+    assert watch.look() == "the recorder has lost eeg"
     ends()
     assert watch.look() == "nobody records any more"
+
+
+def test_an_older_recording_that_is_resumed_is_the_one_that_is_looked_at(tmp_path, recorder):
+    folder, _ = recorder
+    younger = tmp_path / "20300102T110000"
+    told(younger, {"kind": "lost", "stream": "eeg"})
+    (younger / LOCK).touch()
+    watch = RecorderWatch(tmp_path, ["eeg"])
+    assert watch.look() == ""
+    told(folder, {"kind": "lost", "stream": "eeg"})
+    assert watch.look() == "the recorder has lost eeg"
 
 
 def test_where_nobody_has_recorded_nothing_is_wrong(tmp_path, recorder):

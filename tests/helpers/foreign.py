@@ -142,7 +142,7 @@ def study(tmp_path: Path, moves: Callable[[int], pd.DataFrame]) -> Callable[...,
 
 def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
     """Write an XDF 1.0 file. A stream: name, type, srate, format, labels, units, types, stamps, samples; source_id;
-    counted, the samples that its footer counts, None for no footer.
+    counted, the samples that its footer counts, None for no footer; clocks, whether its clock was compared.
     """
     chunks = [_chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>")]
     for number, stream in enumerate(streams, start=1):
@@ -154,7 +154,8 @@ def save_xdf(path: Path, streams: Sequence[dict]) -> Path:
         )
         count = b"\x04" + struct.pack("<I", len(stream["stamps"]))
         chunks += [_chunk(3, number_bytes + count + body)] if body else []
-        ends = (stream["stamps"][0], stream["stamps"][-1]) if len(stream["stamps"]) else ()
+        compared = len(stream["stamps"]) and stream.get("clocks", True)
+        ends = (stream["stamps"][0], stream["stamps"][-1]) if compared else ()
         clocks = [struct.pack("<dd", stamp, stream.get("offset", 0.0)) for stamp in ends]
         chunks += [_chunk(4, number_bytes + clock) for clock in clocks]
         total = stream.get("counted", len(stream["stamps"]))

@@ -62,6 +62,7 @@ class Lab:
 
     def __init__(self, events, *, trigger=True, options=None, spoil=None, offset=0.0, chunk=10, folder=None, **loop):
         self.events, self.trigger, self.spoil, self.offset, self.chunk = sorted(events), trigger, spoil, offset, chunk
+        self.late = 2  # samples: the trigger behind its marker
         labels = (*LABELS, TRIGGER)
         self.eeg = Sender("amp", "EEG", labels=labels, sfreq=SFREQ, source_id="amp")
         self.typed()
@@ -111,7 +112,7 @@ class Lab:
                 break
             self.marked += 1
             if text.startswith("move"):
-                self.pulses.append(int(np.ceil(at * SFREQ)) + 2)
+                self.pulses.append(int(np.ceil(at * SFREQ)) + self.late)
             self.robot.push([self.begun + at], [[text]])
         due = int((now - self.begun - 0.03) * SFREQ) - self.sent
         for _ in range(due // self.chunk):

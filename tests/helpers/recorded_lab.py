@@ -20,13 +20,17 @@ OPTIONS = RecordOptions(
 class Lab:
     """A recording of a session's moves: an amplifier that replays, a robot that marks, a recorder, a log."""
 
-    def __init__(self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0, marks=True):
+    def __init__(
+        self, folder, trials, *, what=(), offset=0.0, drift_ppm=0.0, start=1000.0, marks=True, robot_offset=0.0
+    ):
         self.folder, self.trials, self.marks = folder, trials, marks
+        self.robot_offset = robot_offset  # of the robot's machine, whose clock began at another time
         folder.mkdir(parents=True, exist_ok=True)
         self.offset, self.drift_ppm = offset, drift_ppm
         self.eeg = Sender("actiCHamp", "EEG", labels=(*LABELS, TRIGGER), sfreq=SFREQ, source_id="amp")
         self.eeg.description = _typed(self.eeg.description)
         self.robot = Sender("hrcneuro-moves", "Markers", source_id="robot")
+        self.robot.offset = robot_offset
         self.network = VirtualNetwork(self.eeg, self.robot, now=start)
         self.data = _data(int((trials["onset_s"].max() + 6) * SFREQ))
         self.amplifier = Amplifier(
@@ -57,7 +61,7 @@ class Lab:
                 break
             self.amplifier.trigger(when)
             if self.marks:
-                self.robot.push([when], [[marker_of(row)]])
+                self.robot.push([when - self.robot_offset], [[marker_of(row)]])
             self.next += 1
         self.amplifier.step()
 

@@ -18,7 +18,7 @@ class Sender(VirtualOutlet):
             name, kind, ("marker",) if texts else labels, sfreq=0.0 if texts else sfreq, source_id=source_id,
             units=("",) if texts else (unit,) * len(labels),
         )  # fmt: skip
-        self.connects = True
+        self.connects, self.compared_until = True, float("inf")
         # As LSL has it: the machine's name stands in the whole description only.
         xml = self.description.xml.replace("<desc>", "<hostname>lab</hostname><desc>")
         self.description = replace(self.description, xml=xml, handle=self)
@@ -33,7 +33,10 @@ class VirtualNetwork(Network):
     def open(self, description):
         if not description.handle.connects:
             raise Lost("it is seen, and no connection to it comes about within 5 s")
-        return super().open(description)
+        inlet = super().open(description)
+        measure = inlet.offsets
+        inlet.offsets = lambda: measure() if self.now <= description.handle.compared_until else []
+        return inlet
 
 
 class Amplifier:

@@ -81,6 +81,19 @@ def test_a_trigger_that_comes_too_late_is_seen_with_the_next_sample():
     assert bench.amplifier.trigger(bench.now - 0.5) == gone
 
 
+@pytest.mark.parametrize("breaks", [(), (700,), (3, 1000, 1001, 2990)])
+def test_a_replay_pauses_where_its_recording_had_a_break_and_loses_nothing(breaks):
+    bench = Bench(n=3000)
+    bench.amplifier._signal.breaks = breaks
+    stamps, values = bench.run(3.5 + len(breaks)).sent
+    np.testing.assert_array_equal(values[:, 0], np.arange(3000))
+    places = np.rint((stamps - 50) * 1000).astype(int)
+    np.testing.assert_array_equal(places, [bench.amplifier._signal.place(at) for at in range(3000)])
+    assert [int(at) + 1 for at in np.flatnonzero(np.diff(places) != 1)] == list(breaks)
+    assert set(np.diff(places)) <= {1, 1001}
+    assert bench.amplifier.over
+
+
 def test_a_replay_ends_with_its_last_sample():
     bench = Bench(n=1234).run(3.0)
     assert bench.amplifier.over

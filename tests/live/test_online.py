@@ -1,6 +1,7 @@
 """The closed loop at virtual pace: what it decides, what teaches it, what goes wrong; and the same from a recording."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -210,6 +211,29 @@ def test_eeg_that_comes_back_of_another_kind_is_refused():
     lab.network.outlets[0] = Sender("amp", "EEG", labels=("Fz", "Cz"), sfreq=SFREQ, source_id="amp2")
     with pytest.raises(HardwareError, match=r"does not serve 'amp'.*lacks Pz, O1, EOG1"):
         lab.run()
+
+
+def test_an_edge_as_late_as_the_amplifiers_delay_and_the_window_together_is_waited_for():
+    lab = Lab(moves(episodes=1), options=OnlineOptions(mode="closed", amp_delay_ms=100.0, snap_s=0.1))
+    lab.late = 45  # 180 ms
+    lab.run()
+    assert {line["zero_from"] for line in lab.trials} == {"trigger"}
+
+
+def test_no_sample_of_a_run_in_other_units_is_decided_on():
+    """LSL goes on with whatever has the same source id."""
+    lab = Lab(moves(episodes=2))
+    lab.network.recovers = True
+    lab.run(8.0)
+    lab.eeg.close()
+    lab.eeg = Sender("amp", "EEG", labels=(*LABELS, "TRIGGER"), sfreq=SFREQ, source_id="amp")
+    lab.typed()
+    lab.eeg.description = replace(lab.eeg.description, units=("volts",) * 5 + ("none",))
+    taken = lab.loop.deciding._timeline.end
+    lab.network.outlets.append(lab.eeg)
+    with pytest.raises(HardwareError, match=r"does not serve 'amp'.*volts"):
+        lab.run()
+    assert lab.loop.deciding._timeline.end == taken
 
 
 def test_a_sender_whose_clock_is_set_is_told_and_no_move_is_placed_by_the_old_clock():

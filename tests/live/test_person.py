@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_streams import Sender, VirtualNetwork
 
 import hrcneuro
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.eeg.synthetic.endless import Endless
 from hrcneuro.live.amplifier import Amplifier
+from hrcneuro.live.listening import Listening
 from hrcneuro.live.person import Person
 from hrcneuro.paradigm import markers
 
@@ -103,6 +105,48 @@ def test_rest_has_no_seam_where_it_repeats():
     steps = np.abs(np.diff(data, axis=0))
     seam = steps[round(119.9 * SFREQ) : round(120.1 * SFREQ)].max(axis=0)
     assert (seam <= 1.5 * np.quantile(steps, 0.999, axis=0)).all()
+
+
+class Ears:
+    """A person who writes down what comes."""
+
+    def __init__(self):
+        self.heard, self.known = [], []
+
+    def hears(self, text, stamp):
+        self.heard.append((text, stamp))
+
+    def knows(self, text, offset=0.0):
+        self.known.append(text)
+
+
+@pytest.mark.parametrize("source_id", ["experiment", "another run"])
+@pytest.mark.parametrize("recovers", [True, False])
+def test_a_session_that_is_begun_anew_is_heard_and_each_marker_once(source_id, recovers):
+    """Whether LSL connects by itself to the next run, which has the same source id, or not."""
+    senders = [Sender(name, "Markers", source_id="experiment") for name in ("hrcneuro-moves", "hrcneuro-truth")]
+    network, ears = VirtualNetwork(*senders), Ears()
+    network.recovers = recovers
+    listening = Listening(network, network.clock, ears)
+
+    def go_on(seconds):
+        for _ in range(round(seconds / 0.05)):
+            network.wait(0.05)
+            listening.step()
+
+    for run in range(3):
+        go_on(1)
+        for n in range(5):
+            senders[0].push([network.now], [[f"move/{run}/{n}"]])
+            senders[1].push([network.now], [[f"truth/{run}/{n}"]])
+            go_on(0.2)
+        for one in senders:
+            one.end()
+        go_on(0.7)
+        senders = [Sender(name, "Markers", source_id=source_id) for name in ("hrcneuro-moves", "hrcneuro-truth")]
+        network.outlets[:] = senders
+    assert [text for text, _ in ears.heard] == [f"move/{run}/{n}" for run in range(3) for n in range(5)]
+    assert ears.known == [f"truth/{run}/{n}" for run in range(3) for n in range(5)]
 
 
 def test_nothing_but_the_amplifier_reads_the_truth():

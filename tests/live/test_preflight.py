@@ -10,7 +10,7 @@ from virtual_streams import Amplifier, Sender, VirtualNetwork
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import preparation
-from hrcneuro.live.parameters import Declared, RecordOptions, check_record
+from hrcneuro.live.parameters import Declared, RecordOptions, check_record, undeclared
 
 PAGE = Path(__file__).parents[2] / "docs" / "recording.md"
 EEG = Declared(type="EEG", sfreq=100.0, channels=("a", "b"), unit="microvolts")
@@ -136,3 +136,17 @@ def test_microvolts_by_any_name_are_microvolts():
 def test_contradictions_of_the_configuration(values, mistake):
     assert any(mistake in one for one in check_record(RecordOptions(**values)))
     assert np.size(check_record(RecordOptions())) == 0
+
+
+@pytest.mark.parametrize(
+    ("streams", "said"),
+    [
+        ({}, False),
+        ({"streams": {"eeg": Declared(type="EEG")}}, True),
+        ({"streams": {"eeg": Declared(type="EEG"), "keys": Declared(type="Markers")}}, False),
+        ({"streams": {"eeg": Declared(type="EEG"), "mine": Declared(name="hrcneuro-moves")}}, False),
+        ({"streams": {}}, True),
+    ],
+)
+def test_that_no_markers_are_declared_is_said(streams, said):
+    assert ("no stream of markers is declared" in undeclared(RecordOptions(**streams))) == said

@@ -122,6 +122,21 @@ def test_the_names_of_machines_stay_where_that_is_configured(house):
     assert house.read()["amp"]["info"]["hostname"] == ["lab"]
 
 
+def test_a_chunk_that_comes_late_is_told_so_and_all_is_whole(house):
+    house.begin()
+    house.go_on(1)
+    inlet = house.eeg.inlets[-1]
+    house.network.wait(0.05)
+    held, inlet.waiting = inlet.waiting, []
+    house.go_on(0.2)
+    inlet.waiting[:0] = held
+    house.go_on(1)
+    house.session.close()
+    assert house.told == [("eeg", "gap"), ("eeg", "late")]
+    assert all(one.whole for one in selfcheck.check(house.folder))
+    assert journal.read(house.folder)["parts"][0]["streams"]["eeg"]["missing"] == 0
+
+
 def test_lost_samples_are_told_marked_and_counted(house):
     house.begin()
     house.go_on(2)
@@ -531,6 +546,134 @@ def test_a_stream_that_comes_back_another_is_recorded_as_one_of_its_own(house):
     assert set(checked(house)) == {"eeg", "markers", "eeg#2"}
 
 
+OTHERS = {"unit": {"unit": "volts"}, "labels": {"labels": ("b", "a")}, "rate": {"sfreq": 250.0}}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+@pytest.mark.parametrize("answers", ["soon", "late", "never"])
+def test_no_sample_of_another_run_goes_under_the_header_of_the_one_before(house, other, answers):
+    """As LSL does it: who receives is connected by itself to whatever has the same source id, and gets its samples."""
+    house.network.recovers = True
+    helper = AtOnce() if answers == "soon" else Later()
+    house.begin(helper=helper)
+    house.go_on(2)
+    house.network.on_wait.remove(house.amplifier)
+    first = house.amplifier.sent
+    house.eeg.end()
+    again = Sender(**OTHERS[other])
+    house.network.outlets.append(again)
+    amplifier = Amplifier(house.network, again)
+    amplifier.sent = amplifier_began = 10**6
+    amplifier.began -= amplifier_began / amplifier.sfreq
+    house.go_on(3)
+    if answers == "late":
+        helper.work()
+        house.go_on(2)
+    elif answers == "never":
+        house.go_on(20)
+    house.session.close()
+    one, two = by_header(house, "amp")
+    assert one["time_series"][:, 0].max() < first
+    numbers = two["time_series"][:, 0]
+    # Single precision counts that far.
+    np.testing.assert_array_equal(np.diff(numbers), 1)
+    assert numbers[0] == pytest.approx(amplifier_began, abs=14)  # what was sent before it was connected
+    assert numbers[-1] == pytest.approx(amplifier.sent - 1, abs=25)
+    assert house.told.count(("eeg", "changed")) == 1
+    if answers != "never":
+        said = two["info"]["desc"][0]["channels"][0]["channel"]
+        assert (said[0]["unit"], said[0]["label"], float(two["info"]["nominal_srate"][0])) == (
+            [again.description.units[0]], [again.description.labels[0]], again.description.sfreq
+        )  # fmt: skip
+
+
+def by_header(house, name):
+    path = part.path_of(house.folder, 1)
+    streams, _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
+    return sorted((s for s in streams if s["info"]["name"] == [name]), key=lambda s: s["info"]["stream_id"])
+
+
+def test_another_run_of_the_same_kind_goes_on_in_the_same_stream_without_a_sample_less(house):
+    house.network.recovers = True
+    helper = Later()
+    house.begin(helper=helper)
+    house.go_on(2)
+    house.network.on_wait.remove(house.amplifier)
+    house.eeg.end()
+    again = Sender()
+    house.network.outlets.append(again)
+    amplifier = Amplifier(house.network, again)
+    amplifier.sent, amplifier.began = 5000, amplifier.began - 50.0
+    house.go_on(3)
+    helper.work()
+    house.go_on(1)
+    house.session.close()
+    (eeg,) = by_header(house, "amp")
+    numbers = eeg["time_series"][:, 0]
+    (gap,) = np.flatnonzero(np.diff(numbers) != 1)
+    assert numbers[gap + 1] == pytest.approx(5000, abs=6)
+    assert numbers[-1] == amplifier.sent - 1
+    assert ("eeg", "changed") not in house.told
+
+
+def test_what_a_held_up_recorder_pulls_of_two_runs_at_once_is_told_apart(house):
+    house.network.recovers = True
+    house.begin()
+    house.go_on(2)
+    house.amplifier(house.network.now + 0.2)  # on its way when the sender ends
+    house.network.on_wait.remove(house.amplifier)
+    (inlet,) = house.eeg.inlets
+    old, house.amplifier.sent = inlet.waiting, house.amplifier.sent
+    house.eeg.end()
+    again = Sender(unit="volts")
+    house.network.outlets.append(again)
+    house.network.wait(1.5)
+    inlet._recover()
+    inlet.waiting = [*old, ([house.network.now], [[7e6, 0.0]])]
+    house.go_on(3)
+    house.session.close()
+    one, two = by_header(house, "amp")
+    assert one["time_series"][-1, 0] == house.amplifier.sent - 1
+    assert two["time_series"][0, 0] == 7e6
+
+
+def test_what_is_told_is_in_the_file_by_then(house):
+    house.begin()
+    house.go_on(1)
+    seen = []
+
+    def look(stream, event):
+        seen.append((house.read()["amp"]["time_series"][-1, 0], house.amplifier.sent - 1))
+        raise KeyboardInterrupt
+
+    house.session._say = look
+    first = house.amplifier.sent
+    house.amplifier.skip = {first + 7}
+    with pytest.raises(KeyboardInterrupt):
+        house.go_on(1)
+    ((written, sent),) = seen
+    assert written == sent > first + 7
+
+
+def test_how_late_samples_are_counts_the_oldest_of_a_pull_and_the_writing(house):
+    house.begin()
+    house.go_on(1)
+    write = house.part.write
+
+    def slowly(**options):
+        write(**options)
+        house.network.now += 0.02
+
+    house.part.write = slowly
+    house.go_on(20)
+    house.session.close()
+    said = journal.read(house.folder)["parts"][0]["streams"]["eeg"]
+    # A pull comes each 70 ms, and the writing takes 20 of them: samples are 20 to 90 ms old when they are in the file.
+    assert said["lag_ms"]["worst"] == pytest.approx(90, abs=11)
+    assert said["lag_ms"]["median"] == pytest.approx(60, abs=11)
+    assert said["disk_ms"] == pytest.approx(1050, abs=120)
+
+
 def test_the_truth_is_never_taken_up_in_place_of_a_stream_that_is_gone(house):
     house.begin(replace(OPTIONS, streams={"eeg": Declared(type="EEG"), "markers": Declared(type="Markers")}))
     truth = Sender("hrcneuro-truth", "Markers", source_id="truth")
@@ -626,6 +769,24 @@ def test_only_declared_streams_where_that_is_configured(house):
     house.network.outlets.append(Sender("gaze", "Gaze", sfreq=50.0))
     house.begin(replace(OPTIONS, others=False))
     assert [one.key for one in house.session.recorder.streams] == ["eeg", "markers"]
+
+
+@pytest.mark.parametrize("until", [0.0, 30.0, 200.0])
+def test_clocks_that_were_not_compared_are_not_whole(house, until):
+    for one in (house.eeg, house.markers):
+        one.compared_until = house.network.now + until
+    house.begin()
+    house.markers.push([house.network.now], [["move/trial=1"]])
+    house.go_on(100)
+    house.session.close()
+    eeg, markers = (checked(house)[name] for name in ("eeg", "markers"))
+    assert eeg.whole == (until > 100)
+    assert markers.whole == (until > 0)
+    if not until:
+        assert "never compared" in eeg.flaws[0]
+        assert "never compared" in markers.flaws[0]
+    elif not eeg.whole:
+        assert eeg.flaws == ["its clock was not compared with the recorder's for 75 s"]
 
 
 def test_drift_of_the_senders_clock_is_read_back(house):

@@ -78,6 +78,28 @@ def test_a_clock_set_anew_is_no_gap(step):
     assert watch.missing == 0
 
 
+@settings(deadline=None)
+@given(st.integers(2, 40), st.integers(1, 6), st.sampled_from([1, 10, 37]))
+def test_a_chunk_that_comes_behind_younger_ones_is_late_and_neither_lost_nor_another_clock(at, behind, pull):
+    chunks = np.split(5 + np.arange(1000) / 1000, 100)
+    chunks.insert(at + behind, chunks.pop(at))
+    watch, events = StreamWatch(1000.0), []
+    for piece in np.split(np.concatenate(chunks), np.arange(pull, 1000, pull)):
+        events += watch.feed(piece, float(piece.max()))
+    assert {one.kind for one in events} == {"gap", "late"}
+    assert sum(one.samples for one in events if one.kind == "late") == 10
+    assert (watch.missing, watch.count, watch.last) == (0, 1000, pytest.approx(5.999))
+
+
+def test_a_clock_that_is_set_back_into_a_gap_and_goes_on_is_no_late_chunk():
+    watch = StreamWatch(100.0)
+    watch.feed(np.arange(100) / 100, 1.0)
+    watch.feed(1.5 + np.arange(100) / 100, 2.5)
+    # It runs on past the gap's end.
+    (event,) = watch.feed(1.2 + np.arange(100) / 100, 3.5)
+    assert event.kind == "clock"
+
+
 def test_markers_may_come_when_they_like():
     watch = StreamWatch(0.0)
     assert watch.feed(np.array([1.0, 9.0]), 9.0) == []

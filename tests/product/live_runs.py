@@ -2,6 +2,7 @@
 
 Each run starts the simulated amplifier and the recorder as processes, on loopback alone, and says what came of it, a
 line a claim. They take real time: an hour in all, half of it ``load``; ``--brief`` takes some minutes. ``make live``.
+What needs programs of others (``LABRECORDER``, ``LIBXDF``: see live_foreign) is skipped, and says so, without them.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ import numpy as np
 import psutil
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+from live_clocks import clocks, other_units, timing
+from live_foreign import labrecorder, libxdf
+from live_hosts import pulled_cable
 from live_lab import Lab, Row, foreign
 
 EEG_ONLY = ["--set", 'record.streams={eeg={type="EEG",sfreq=1000}}']
@@ -203,8 +207,12 @@ def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
 
 
 RUNS: dict[str, Callable[[Lab], Iterator[Row]]] = {
-    one.__name__: one for one in (replay, amplifier_dies, experiment, full_disk, foreign, kills, load)
-}
+    one.__name__: one
+    for one in (
+        replay, clocks, timing, amplifier_dies, other_units, pulled_cable, experiment, full_disk, foreign, labrecorder,
+        libxdf, kills, load,
+    )
+}  # fmt: skip
 
 
 def main() -> int:

@@ -35,6 +35,7 @@ def test_without_streams_it_refuses_and_says_what_is_missing(tmp_path):
     code, answer, said = Lab(tmp_path).record("--check", *EEG, "--set", "record.wait_s=1")
     assert code == 4
     assert "eeg: missing" in said
+    assert "no stream of markers is declared (record.streams names eeg)" in said
     assert answer["ok"] is False
     assert not (tmp_path / "recordings").exists()
 
@@ -131,6 +132,9 @@ def test_timing_of_a_running_session_needs_markers(lab, amplifier):
     done = lab.start("timing", "s01", "--live", "1", *EEG)
     _, err = done.communicate(timeout=60)
     assert (done.returncode, "no markers of moves" in err) == (3, True), err
+    # What was recorded of a person is kept, and is no part of the session.
+    assert len(list(lab.folder.glob("timing/s01/*/part1.xdf"))) == 1
+    assert "timing" not in str(lab.recording)
 
 
 def test_the_brief_live_runs_are_listed(tmp_path):

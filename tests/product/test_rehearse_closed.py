@@ -107,6 +107,7 @@ def test_its_tables_and_its_page_are_there(rehearsed):
     assert len(episodes) == 6
     page = (folder / "rehearsal.html").read_text()
     assert "SYNTHETIC" in page
+    assert "RR against RH" in page or "RRvsRH" in page
     assert "loop.png" in page
     assert (folder / "loop.png").stat().st_size > 10_000
 

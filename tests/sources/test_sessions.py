@@ -314,6 +314,29 @@ def test_edges_far_from_markers_time_nothing():
     np.testing.assert_allclose(onsets.onset_s, [1.05, 2.02, np.nan, 4.0])
 
 
+@pytest.mark.parametrize("late", [0.095, 0.1, 0.13, -0.1])
+@pytest.mark.parametrize("configured", [0.0, 0.05])
+def test_edges_about_as_late_as_the_window_is_wide_time_all_moves_or_none(late, configured):
+    rng = np.random.default_rng(2)
+    marker = 10 + np.cumsum(rng.uniform(0.7, 1.5, 200))
+    edges = marker + late + 0.004 * rng.standard_normal(200)
+    edges[50] = np.nan
+    onsets = sessions.snapped(marker, np.sort(edges[np.isfinite(edges)]), window_s=0.1, delay_s=configured)
+    timed = np.isfinite(onsets.trigger_s)
+    assert timed.sum() == 199
+    # The one without an edge is timed as its neighbours are.
+    assert onsets.onset_s[50] == pytest.approx(marker[50] + late, abs=0.002)
+
+
+def test_edges_that_have_nothing_to_do_with_the_markers_give_no_delay():
+    rng = np.random.default_rng(2)
+    marker = 10 + np.cumsum(rng.uniform(0.7, 1.5, 200))
+    edges = np.sort(rng.uniform(10, marker[-1], 150))
+    onsets = sessions.snapped(marker, edges, window_s=0.02, delay_s=0.05)
+    alone = np.isnan(onsets.trigger_s)
+    np.testing.assert_allclose(onsets.onset_s[alone], marker[alone] + 0.05)
+
+
 def test_no_path_is_a_mistake_of_the_configuration():
     with pytest.raises(ConfigError, match=r"acquire\.path is empty"):
         acquire.sources(acquire.Config(source="recording"), "s01")

@@ -9,6 +9,7 @@ import pytest
 
 from hrcneuro.eeg.stamps import samples_at, segments, steady
 from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources import joining
 from hrcneuro.sources.channels import shape
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.units import voltage_unit
@@ -61,6 +62,74 @@ def test_samples_that_come_late_and_in_bursts_are_no_gap():
     assert segments(np.maximum.accumulate(arrived), 200.0) == [(0, 6000)]
     lost = np.delete(arrived, np.arange(3000, 3020))
     assert segments(lost, 200.0) == [(0, 3000), (3000, 5980)]
+
+
+@pytest.mark.parametrize("lost", [1, 3])
+@pytest.mark.parametrize("wavers_s", [0.0, 0.0001])
+def test_a_gap_of_a_sample_or_some_is_a_break_where_the_clock_is_steady(tmp_path, write_xdf, eeg, lost, wavers_s):
+    stream = eeg(1000, srate=500.0)
+    stream["stamps"][400:] += lost / 500
+    stream["stamps"] += wavers_s * np.random.default_rng(1).standard_normal(1000)
+    marks = markers([51.0, 52.0], ["one", "two"])
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, marks]))
+    assert recording.breaks_s == [0.8]
+    length = f"{2 * (lost + 1)} ms"
+    assert f"gaps without samples: 1, {length} in all, {length} at most" in recording.notes
+
+
+def test_chunks_that_came_behind_younger_ones_are_put_in_their_places(tmp_path, write_xdf, eeg):
+    stream = eeg()
+    whole = stream["stamps"].copy(), stream["samples"].copy()
+    order = np.concatenate([np.arange(300), np.arange(320, 360), np.arange(300, 320), np.arange(360, 1000)])
+    stream["stamps"], stream["samples"] = whole[0][order], whole[1][order]
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([55.0], ["a"])]))
+    np.testing.assert_allclose(recording.data.T * 1e6, whole[1], rtol=1e-5)
+    assert recording.breaks_s == []
+    assert onsets(recording) == {"a": 5.0}
+    assert any("put in their places" in note for note in recording.notes)
+
+
+def test_a_clock_that_was_set_back_is_not_put_in_order(tmp_path, write_xdf, eeg):
+    stream = eeg()
+    stream["stamps"][600:] -= 2.0
+    recording = read_recording(write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"])]))
+    np.testing.assert_allclose(recording.data.T * 1e6, stream["samples"], rtol=1e-5)
+    assert recording.breaks_s == [6.0]
+
+
+@pytest.mark.parametrize("off_ms", [-60, -7, 3, 40])
+def test_a_gap_that_the_recorder_marked_is_found_where_measured_clocks_waver(tmp_path, write_xdf, eeg, off_ms):
+    """The mark is as far off as the clocks' last difference; the stamps waver too much to tell a gap alone."""
+    stream = eeg(3000, srate=500.0)
+    rng = np.random.default_rng(3)
+    stream["stamps"][1000:] += 4 / 500
+    # Chunks of ten that are stamped early and late.
+    stream["stamps"] += np.repeat(np.abs(0.0025 * rng.standard_normal(300)), 10)
+    stream["stamps"][990:1010] -= stream["stamps"][[999, 1000]].repeat(10) - 50 - np.repeat([999, 1004], 10) / 500
+    mark = {
+        "name": "hrcneuro-recorder", "type": "Markers", "srate": 0, "format": "string",
+        "source_id": "hrcneuro-recorder", "stamps": [stream["stamps"][999] + off_ms / 1000],
+        "samples": ["gap/stream=eeg/samples=4/seconds=0.008"],
+    }  # fmt: skip
+    path = write_xdf(tmp_path / "r.xdf", [stream, markers([51.0], ["a"]), mark])
+    assert read_recording(path).breaks_s == [2.0]
+    assert read_recording(write_xdf(tmp_path / "n.xdf", [stream, markers([51.0], ["a"])])).breaks_s == []
+    other = {**mark, "samples": ["gap/stream=gaze/samples=55/seconds=0.1"]}
+    assert read_recording(write_xdf(tmp_path / "o.xdf", [stream, markers([51.0], ["a"]), other])).breaks_s == []
+
+
+def test_what_is_told_of_a_part_is_told_of_the_whole(tmp_path, write_xdf, eeg):
+    parts = [write_xdf(tmp_path / f"{n}.xdf", [eeg(clocks=n == 1), markers([55.0], ["a"])]) for n in (1, 2)]
+    (told,) = joining.read_joined(parts).warnings
+    assert told.startswith("2.xdf: the clock of stream 'amp' was never compared")
+
+
+def test_a_clock_that_was_never_compared_is_told(tmp_path, write_xdf, eeg):
+    marks = markers([55.0], ["a"])
+    assert read_recording(write_xdf(tmp_path / "r.xdf", [eeg(), marks])).warnings == []
+    alone = [one | {"clocks": False} for one in (eeg(), marks)]
+    told = read_recording(write_xdf(tmp_path / "r.xdf", alone)).warnings
+    assert [text.split("'")[1] for text in told if "never compared" in text] == ["amp", "tags"]
 
 
 def test_the_rate_is_measured_within_segments():
@@ -120,7 +189,10 @@ def test_streams_of_one_name_are_told_apart(tmp_path, write_xdf, eeg):
     with pytest.raises(ConfigError, match=r"2 streams that acquire\.stream = 'amp' fits"):
         read_recording(path, stream="amp")
     for stream in ("amp#2", "amp-18"):
-        assert read_recording(path, stream=stream).data.shape == (2, 800)
+        recording = read_recording(path, stream=stream)
+        assert recording.data.shape == (2, 800)
+        assert [text.split("'")[1] for text in recording.warnings if "left aside" in text] == ["amp#1"]
+        assert "1000 samples" in recording.warnings[0]
 
 
 def test_a_file_that_lost_samples_is_refused_and_one_without_an_end_noted(tmp_path, write_xdf, eeg):

@@ -12,10 +12,21 @@ from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
-from hrcneuro.sources.formats.xdf_streams import NoSamples, choose_eeg, info, marker_streams, rate_of, recorded_gaps
+from hrcneuro.sources.formats.xdf_streams import (
+    LEFT_ASIDE,
+    NoSamples,
+    choose_eeg,
+    in_order,
+    info,
+    marker_streams,
+    rate_of,
+    recorded_gaps,
+)  # fmt: skip
 from hrcneuro.sources.kinds import kind_of_type, numbered
 from hrcneuro.sources.recording import Recording, markers_of
 from hrcneuro.sources.units import is_no_voltage, voltage_unit
+
+_SHORT_S = 0.05
 
 
 def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tolerance: float = 0.01) -> Recording:
@@ -36,7 +47,12 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     """
     streams, notes = load(path)
     eeg, said = choose_eeg(streams, stream, path.name)
-    notes += said + _missing(eeg, path)
+    aside = [text for text in said if text.startswith(LEFT_ASIDE)]
+    notes += [text for text in said if text not in aside] + _missing(eeg, path)
+    if (ordered := in_order(eeg)) is not eeg:
+        notes.append(f"stream {info(eeg, 'name')!r}: chunks that came behind younger ones are put in their places")
+    streams = [one for one in streams if one is not eeg]
+    eeg = ordered
     stamps = np.asarray(eeg["time_stamps"], float)
     if not np.isfinite(stamps).all():
         raise DataError(f"{path.name}: stream {info(eeg, 'name')!r} has time stamps that are no numbers")
@@ -52,10 +68,18 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     recording.breaks_s = [start / sfreq for start, _ in parts[1:]]
     if len(parts) > 1:
         gaps = [float(times[start] - times[start - 1]) for start, _ in parts[1:]]
-        notes.append(f"gaps without samples: {len(gaps)}, {sum(gaps):.1f} s in all, {max(gaps):.1f} s at most")
-    marks, left = marker_streams([s for s in streams if s is not eeg])
+        lengths = (f"{1e3 * one:.0f} ms" if one < _SHORT_S else f"{one:.1f} s" for one in (sum(gaps), max(gaps)))
+        notes.append(f"gaps without samples: {len(gaps)}, {' in all, '.join(lengths)} at most")
+    marks, left = marker_streams(streams)
     _place(recording, marks, times, parts, notes)
     notes.append("marker streams: " + (", ".join(info(s, "name") for s in marks) or "none"))
+    recording.warnings += aside
+    recording.warnings += [
+        f"the clock of stream {info(one, 'name')!r} was never compared with the recorder's: its stamps are taken as "
+        "they came, and what has another clock may lie anywhere"
+        for one in [eeg, *marks]
+        if len(one["time_stamps"]) and not len(one.get("clock_times", ()))
+    ]
     if left:
         notes.append(f"streams of other kinds, not read: {', '.join(info(s, 'name') for s in left)}")
     recording.notes = notes
@@ -70,22 +94,37 @@ def load(path: Path) -> tuple[list[dict[str, Any]], list[str]]:
         NoSamples: The file is empty.
         DataError: It cannot be read.
     """
+    if not path.stat().st_size:
+        raise NoSamples(f"{path.name} is empty", cure="copy the recording again")
+    streams, said = _loaded(path)
+    # Clocks that were set anew are dealt with here by the gaps that they leave.
+    return streams, [f"pyxdf: {text}" for text in said if "clock-segments differ" not in text]
+
+
+def as_sent(path: Path, ids: list[int]) -> list[dict[str, Any]]:
+    """Return some streams of a file, their stamps on the clocks of their senders.
+
+    Raises:
+        ConfigError: pyxdf is not installed.
+        DataError: It cannot be read.
+    """
+    return _loaded(path, select_streams=ids, synchronize_clocks=False)[0]
+
+
+def _loaded(path: Path, **how: Any) -> tuple[list[dict[str, Any]], list[str]]:
     try:
         import pyxdf
     except ImportError as error:
         raise ConfigError(
             "reading XDF needs pyxdf, which is not installed", cure="pip install 'hrcneuro[xdf]'"
         ) from error
-    if not path.stat().st_size:
-        raise NoSamples(f"{path.name} is empty", cure="copy the recording again")
     with complaints("pyxdf") as said, unpacked(path) as file:
         try:
-            streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
+            streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False, **how)
         except Exception as error:
             # pyxdf raises whatever a damaged chunk leads to; for a person it is one thing.
             raise DataError(f"{path.name} cannot be read as XDF: {error}", cure="copy the recording again") from error
-    # Clocks that were set anew are dealt with here by the gaps that they leave.
-    return streams, [f"pyxdf: {text}" for text in said if "clock-segments differ" not in text]
+    return streams, said
 
 
 def _missing(stream: dict[str, Any], path: Path) -> list[str]:

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 
+from hrcneuro.eeg import stamps as stamps_of
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.live.transport import DECISIONS, RECORDER
 
 _EEG_TYPES = frozenset({"eeg", "exg"})
 _MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
 
+_GAP = re.compile(r"gap/stream=.*/samples=(\d+)/")
+_RATE = 1e-3  # by this share a clock does not run wrong
+_NEAR_S = 0.1  # measured differences of clocks do not waver by so much
+
 Stream = dict[str, Any]
+
+
+LEFT_ASIDE = "left aside:"
+"""Begins what is said of EEG in a file that is not read."""
 
 
 class NoSamples(DataError):
@@ -47,6 +57,15 @@ def marker_streams(streams: list[Stream]) -> tuple[list[Stream], list[Stream]]:
     return marks, left
 
 
+def in_order(stream: Stream) -> Stream:
+    """Return a stream whose chunks that came behind younger ones are put in their places."""
+    stamps = np.asarray(stream["time_stamps"], float)
+    order = stamps_of.in_order(stamps, rate_of(stream))
+    if (np.diff(order) == 1).all():
+        return stream
+    return {**stream, "time_stamps": stamps[order], "time_series": np.asarray(stream["time_series"])[order]}
+
+
 def recorded_gaps(streams: list[Stream], stamps: np.ndarray) -> tuple[list[Stream], list[int]]:
     """Return the streams without hrcneuro's recorder's own, and the first samples after gaps that it has marked.
 
@@ -56,15 +75,28 @@ def recorded_gaps(streams: list[Stream], stamps: np.ndarray) -> tuple[list[Strea
     """
     own = [s for s in streams if info(s, "source_id") == RECORDER and is_text(s)]
     marks = [
-        float(when) for s in own for when, row in zip(s["time_stamps"], s["time_series"], strict=True)
-        if row[0].startswith("gap/")
+        (float(when), int(mark[1])) for s in own for when, row in zip(s["time_stamps"], s["time_series"], strict=True)
+        if (mark := _GAP.match(str(row[0])))
     ]  # fmt: skip
-    # A mark bears the stamp of the last sample before its gap. Where another stream has one, the EEG goes on.
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else 0.0
-    near = (int(np.searchsorted(stamps, when + 0.5 * usual)) for when in marks)
-    found = [at for at in near if 0 < at < len(stamps) and steps[at - 1] > 1.5 * usual]
-    return [s for s in streams if not any(s is one for one in own)], found
+    wide = np.flatnonzero(steps > 1.5 * usual)
+    found = [_gap_of(when, samples, stamps, steps, wide, usual) for when, samples in marks]
+    return [s for s in streams if not any(s is one for one in own)], sorted({at for at in found if at is not None})
+
+
+def _gap_of(
+    when: float, samples: int, stamps: np.ndarray, steps: np.ndarray, wide: np.ndarray, usual: float
+) -> int | None:
+    """Return the first sample behind a gap that is marked; None where the marked stream is another one.
+
+    A mark bears the stamp of the last sample before its gap, by the difference of the clocks that was measured last.
+    The stamps were corrected by all that were measured, which may be milliseconds off that one: of the wide steps near
+    the mark it is the one as long as the mark says.
+    """
+    as_long = np.abs(steps[wide] / usual - 1 - samples) <= max(1.0, _RATE * samples)
+    near = wide[as_long & (np.abs(stamps[wide] - when) <= _NEAR_S)]
+    return int(near[np.argmin(np.abs(stamps[near] - when))]) + 1 if len(near) else None
 
 
 def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, list[str]]:
@@ -81,7 +113,8 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
     """
     signals = [s for s in streams if not is_text(s)]
     if wanted:
-        return _wanted(signals, wanted, file), []
+        chosen = _wanted(signals, wanted, file)
+        return chosen, _left_aside(chosen, signals)
     typed = [s for s in signals if info(s, "type").lower() in _EEG_TYPES]
     full = [s for s in typed if len(s["time_stamps"]) > 1]
     if typed and not full:
@@ -103,6 +136,17 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
             cure=f"name one: acquire.stream = {_handle(full[0], signals)!r}",
         )
     return full[0], notes
+
+
+def _left_aside(chosen: Stream, signals: list[Stream]) -> list[str]:
+    """Return what is to be said of other EEG with samples in the file: it is not read."""
+    others = [
+        s for s in signals if s is not chosen and info(s, "type").lower() in _EEG_TYPES and len(s["time_stamps"]) > 1
+    ]
+    return [
+        f"{LEFT_ASIDE} stream {_handle(s, signals)!r} ({_about(s)}): acquire.stream chose {_handle(chosen, signals)!r}"
+        for s in others
+    ]
 
 
 def _wanted(signals: list[Stream], wanted: str, file: str) -> Stream:
