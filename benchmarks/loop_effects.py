@@ -4,7 +4,8 @@ For each planted effect (``acquire.eeg.effect``), people are rehearsed in the st
 is calibrated on it, and closed sessions follow, which have no errors: in ``shadow``, where each makes the own steps,
 and in ``closed``. A row an effect and mode: what the robot knows in the end, the person's and the robot's directions
 apart, beside what coin flips of the same rates give in the same loop, and beside decisions that are drawn independently
-of the truth with the same P(takeover | actor of tr−1). All with 95 % intervals over sessions.
+of the truth with the same P(takeover | actor of tr−1). Intervals are 95 %, over people where there are several: the
+sessions of one share a decoder.
 
     python benchmarks/loop_effects.py --people 8 --sessions 8 --folder /somewhere     # 512 sessions; hours
     python benchmarks/loop_effects.py --people 1 --sessions 2 --effect none           # a look
@@ -18,8 +19,11 @@ import argparse
 import json
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from hrcneuro.analyses import loop_sessions as made
@@ -65,24 +69,32 @@ def tables(folders: list[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     return steps, episodes
 
 
+def by_person(values: np.ndarray, people: np.ndarray, how: Callable[..., np.ndarray]) -> np.ndarray:
+    """Return the mean or the sum over each person's sessions; the sessions themselves where all are of one."""
+    names = list(dict.fromkeys(people))
+    return values if len(names) == 1 else np.stack([how(values[people == one], axis=0) for one in names])
+
+
 def row(effect: str, mode: str, folders: list[Path]) -> str:
     """Return a row of the table."""
     steps, episodes = tables(folders)
     played = made.loop_sessions(steps, episodes)
+    people = episodes[["subject", "session"]].drop_duplicates()["subject"].to_numpy()
+    counted = replace(played, decisions=by_person(played.decisions, people, np.sum))
     model = LoopModel(kinds(alpha=0.05, ddof=0, horizon=40)["paper"], 0.1, mode=mode)
     null = null_of(steps, episodes, model, sessions=1000, repetitions=100, seed=1)
     cells = []
     for rows in ("all", "human", "robot"):
-        here = scores.mean_over_sessions(scores.accuracy(played, rows))
+        here = scores.mean_over_sessions(by_person(scores.accuracy(played, rows), people, np.mean))
         beside = [""] * 2
         if null is not None:
             flips = scores.expected_mean(scores.accuracy(null.null, rows), played.n_sessions)
             nothing = scores.mean_over_sessions(scores.accuracy(null.independent, rows))
             beside = [f"{100 * one.mean[-1]:.1f} ± {100 * one.half_width[-1]:.1f}" for one in (flips, nothing)]
         cells += [f"{100 * here.mean[-1]:.1f} ± {100 * here.half_width[-1]:.1f}", *beside]
-    rates = scores.rates_by_case(played)
+    rates = scores.rates_by_case(counted)
     right = " ".join(f"{100 * one:.0f}" for one in rates.mean)
-    said, true = scores.continuing(played), scores.staying(played)
+    said, true = scores.continuing(counted), scores.staying(counted)
     stays = " ".join(f"{100 * a:.0f}/{100 * b:.0f}" for a, b in zip(said.mean, true.mean, strict=True))
     return f"| {effect} | {mode} | {played.n_sessions} | {' | '.join(cells)} | {right} | {stays} |"
 
