@@ -10,6 +10,8 @@ sessions of one share a decoder.
     python benchmarks/loop_effects.py --people 8 --sessions 8 --folder /somewhere     # 512 sessions; hours
     python benchmarks/loop_effects.py --people 1 --sessions 2 --effect none           # a look
 
+    python benchmarks/loop_effects.py --blocks 4 --effect anticipation --mode closed --folder /another    # a shorter calibration
+
 What a folder holds already is not done again.
 """
 
@@ -37,7 +39,9 @@ MODES = ("shadow", "closed")
 COMMAND = [sys.executable, "-m", "hrcneuro"]
 
 
-def rehearse(folder: Path, person: str, effect: str, mode: str, sessions: int, rate: int, jobs: int) -> Path:
+def rehearse(
+    folder: Path, person: str, effect: str, mode: str, sessions: int, rate: int, jobs: int, blocks: int
+) -> Path:
     """Return the folder of a person's closed sessions, which are run unless they have been."""
     done = folder / effect / mode / f"{person}.json"
     if not done.is_file():
@@ -47,6 +51,8 @@ def rehearse(folder: Path, person: str, effect: str, mode: str, sessions: int, r
             f"acquire.eeg.effect={effect}", f"acquire.sfreq={rate}", f"preprocess.sfreq={rate}",
             f"record.streams.eeg.sfreq={rate}",
         ]  # fmt: skip
+        if blocks:
+            settings.append(f"calibrate.blocks={list(range(1, blocks + 1))}")
         words = [word for one in settings for word in ("--set", one)]
         told = subprocess.run(
             [*COMMAND, "rehearse", person, "--closed", "--mode", mode, "--sessions", str(sessions), "-j", str(jobs),
@@ -107,6 +113,7 @@ def main() -> None:
     parser.add_argument("--mode", action="append", choices=MODES)
     parser.add_argument("--rate", type=int, default=250, help="sampling rate of the synthetic EEG, Hz")
     parser.add_argument("--jobs", type=int, default=0)
+    parser.add_argument("--blocks", type=int, default=0, help="calibrate on so many of the main blocks; 0: all")
     parser.add_argument("--folder", type=Path, required=True)
     given = parser.parse_args()
     people = [f"s{number:02d}" for number in range(1, given.people + 1)]
@@ -117,7 +124,9 @@ def main() -> None:
     for effect in given.effect or EFFECTS:
         for mode in given.mode or MODES:
             folders = [
-                rehearse(given.folder.absolute(), one, effect, mode, given.sessions, given.rate, given.jobs)
+                rehearse(
+                    given.folder.absolute(), one, effect, mode, given.sessions, given.rate, given.jobs, given.blocks
+                )
                 for one in people
             ]
             print(row(effect, mode, folders), flush=True)

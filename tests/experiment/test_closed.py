@@ -229,3 +229,19 @@ def test_a_pause_changes_no_choice():
     lab.run()
     assert [one["drawn"] for one in chosen(lab)] == [one["drawn"] for one in chosen(whole)]
     assert [row["actor"] for row in lab.log.rows] == [row["actor"] for row in whole.log.rows]
+
+
+def test_it_is_counted_of_how_many_moves_the_loop_has_told_nothing():
+    lab = Lab(SMALL, policies=Said(HALF))
+    lab.run(lambda lab: len(lab.log.rows) == 4)
+    assert lab.flow.seen.unheard == 4
+    lab.flow.took_up("policy", lab.now, {"mode": "semi", "marker": ""})
+    assert (lab.flow.seen.unheard, lab.flow.seen.loop) == (4, "semi")
+    lab.flow.took_up("policy", lab.now, {"mode": "semi", "marker": "move/1"})
+    assert lab.flow.seen.unheard == 0
+
+
+def test_whose_turn_it_is_is_shown_once_it_is_known():
+    lab = Lab(SMALL, policies=always(""), show_turn=True)
+    lab.run(lambda lab: bool(chosen(lab)))
+    assert lab.scenes[-1].turn == "robot"
