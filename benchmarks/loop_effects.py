@@ -7,10 +7,10 @@ apart, beside what coin flips of the same rates give in the same loop, and besid
 of the truth with the same P(takeover | actor of tr−1). Intervals are 95 %, over people where there are several: the
 sessions of one share a decoder.
 
-    python benchmarks/loop_effects.py --people 8 --sessions 8 --folder /somewhere     # 512 sessions; hours
+    python benchmarks/loop_effects.py --people 16 --sessions 4 --folder /somewhere    # 512 sessions; hours
     python benchmarks/loop_effects.py --people 1 --sessions 2 --effect none           # a look
 
-    python benchmarks/loop_effects.py --blocks 4 --effect anticipation --mode closed --folder /another    # a shorter calibration
+    python benchmarks/loop_effects.py --blocks 4 --effect anticipation --mode closed --folder /another  # fewer blocks
 
 What a folder holds already is not done again.
 """
