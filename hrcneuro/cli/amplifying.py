@@ -24,8 +24,8 @@ from hrcneuro.live.amplifier import TRIGGER, Amplifier, Replay, Signal
 from hrcneuro.live.faults import Fault
 from hrcneuro.live.listening import Listening
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
-from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
+from hrcneuro.live.transport import MOVES
 from hrcneuro.sources import origin
 
 if TYPE_CHECKING:
@@ -227,7 +227,7 @@ class _Sender:
     def __init__(self, source: Recorded, amplifier: Amplifier, subject: str) -> None:
         self._amplifier, self._next = amplifier, 0
         self._source = source
-        self._outlet = LslOutlet(MARKERS, "Markers", ["marker"], sfreq=0, source_id=_run_of(subject, "moves"))
+        self._outlet = LslOutlet(MOVES, "Markers", ["marker"], sfreq=0, source_id=_run_of(subject, "moves"))
 
     def step(self) -> None:
         """Send what has begun by now, and let the trigger channel show it."""

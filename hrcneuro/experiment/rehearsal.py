@@ -24,12 +24,11 @@ from hrcneuro.experiment.virtual import Virtual
 from hrcneuro.live import journal, preparation
 from hrcneuro.live.amplifier import TRIGGER, Amplifier
 from hrcneuro.live.listening import Listening
-from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.parameters import RecordOptions
 from hrcneuro.live.part import Part, path_of
 from hrcneuro.live.person import Person
 from hrcneuro.live.session import Session
-from hrcneuro.live.transport import TRUTH
+from hrcneuro.live.transport import MOVES, TRUTH
 from hrcneuro.live.virtual import VirtualNetwork, VirtualOutlet
 
 _STEP_S, _CHUNK = 0.1, 50
@@ -86,7 +85,7 @@ class Rehearsal:
             types=[*lab.kinds, "stim"], units=[*["microvolts"] * len(lab.kinds), "none"], remark=lab.remark,
         )  # fmt: skip
         source = f"experiment {setup.subject}"
-        self._markers = VirtualOutlet(MARKERS, "Markers", ["marker"], sfreq=0, source_id=source)
+        self._markers = VirtualOutlet(MOVES, "Markers", ["marker"], sfreq=0, source_id=source)
         self._truth = VirtualOutlet(TRUTH, "Markers", ["truth"], sfreq=0, source_id=f"{source} truth")
         self._network.outlets += [amp, self._markers, self._truth]
         self._amplifier = Amplifier(

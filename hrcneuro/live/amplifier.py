@@ -180,10 +180,12 @@ class Amplifier:
                 self._outlet = self._open()
         if self.over or any(fault.kind == "stall" for fault, _ in self._begun):
             return
-        due = int((now - LATENCY_S - self.start) * self._rate) - self.sent
-        at_once = self._chunk if self._apart else due // self._chunk * self._chunk
-        for _ in range(due // self._chunk if self._apart else at_once > 0):
-            self._send(at_once)
+        due = (int((now - LATENCY_S - self.start) * self._rate) - self.sent) // self._chunk
+        if self._apart:
+            for _ in range(due):
+                self._send(self._chunk)
+        elif due > 0:
+            self._send(due * self._chunk)
 
     def close(self) -> None:
         """Let the stream vanish."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections import deque
 
-from hrcneuro.live.markers import NAME as MARKERS
 from hrcneuro.live.person import Person
-from hrcneuro.live.transport import TRUTH, Clock, Inlet, Lost, Network
+from hrcneuro.live.transport import MOVES, TRUTH, Clock, Inlet, Lost, Network
 
 _LOOK_EVERY_S = 0.5
 _REMEMBERED = 20
@@ -31,14 +30,14 @@ class Listening:
             self._looked = now
             self._find()
         # Truth first: a marker that came with it must find it.
-        for name in (TRUTH, MARKERS):
+        for name in (TRUTH, MOVES):
             if name in self._inlets:
                 self._take(name)
 
     def _find(self) -> None:
         """Listen to the run of each stream that is there: a session that is begun anew is another run of it."""
         there = self._network.visible()
-        for name in (TRUTH, MARKERS):
+        for name in (TRUTH, MOVES):
             runs = [one for one in there if one.name == name]
             inlet = self._inlets.get(name)
             if not runs or (inlet is not None and inlet.description.uid in {one.uid for one in runs}):

@@ -8,8 +8,8 @@ from typing import Any
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live.lsl import library
+from hrcneuro.live.transport import MOVES
 
-NAME = "hrcneuro-moves"
 _TRIES = 5
 _AT_ONCE = 5e-5  # s
 _SLICE = 0.2  # s
@@ -28,7 +28,7 @@ class MarkerOutlet:
             HardwareError: mne-lsl is not installed, or its liblsl does not load.
         """
         lsl = library("markers go out through", instead='do without them: robot.markers = "none"')
-        about = lsl.StreamInfo(NAME, "Markers", 1, 0.0, "string", source)
+        about = lsl.StreamInfo(MOVES, "Markers", 1, 0.0, "string", source)
         about.set_channel_names(["marker"])
         self._outlet: Any = lsl.StreamOutlet(about, chunk_size=1)
         self._clock = lsl.local_clock
@@ -50,7 +50,7 @@ class MarkerOutlet:
         while not self._outlet.wait_for_consumers(timeout=min(_SLICE, seconds)):
             if self._clock() >= end:
                 raise HardwareError(
-                    f"nobody listens to the marker stream {NAME!r} after {seconds:g} s; nothing has moved",
+                    f"nobody listens to the marker stream {MOVES!r} after {seconds:g} s; nothing has moved",
                     cure="start the recorder and choose the stream; wait longer, or not at all: robot.recorder_wait_s",
                 )
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from hrcneuro import published
 from hrcneuro.contract import option
 from hrcneuro.learning.params import LEARNERS
-
-_MOVES = "hrcneuro-moves"
-_MARKER_TYPES = ("marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus")
+from hrcneuro.live.transport import MARKER_TYPES, MOVES
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class RecordOptions:
     streams: dict[str, Declared] = option(
         {
             "eeg": Declared(type="EEG", sfreq=published.RECORDED_HZ.value),
-            "markers": Declared(name=_MOVES, type="Markers", sfreq=0.0),
+            "markers": Declared(name=MOVES, type="Markers", sfreq=0.0),
         },
         "streams that must be there, [record.streams.NAME]",
     )
@@ -67,9 +65,7 @@ class RecordOptions:
 
 def undeclared(options: RecordOptions) -> str:
     """Return a sentence where no stream of markers must be there; naming the EEG alone leaves the markers out."""
-    if any(
-        one.sfreq == 0 or one.type.lower() in _MARKER_TYPES or one.name == _MOVES for one in options.streams.values()
-    ):
+    if any(one.sfreq == 0 or one.type.lower() in MARKER_TYPES or one.name == MOVES for one in options.streams.values()):
         return ""
     return (
         f"no stream of markers is declared (record.streams names {', '.join(options.streams) or 'none'}): a recording "
@@ -129,7 +125,7 @@ class OnlineOptions:
     )
     trigger: str = option("auto", "the trigger channel; auto: by its type; none: markers alone time the moves")
     eeg: str = option("", "name of the EEG's stream; any of type EEG, where empty; * and ? stand for anything")
-    markers: str = option("hrcneuro-moves", "name of the markers' stream")
+    markers: str = option(MOVES, "name of the markers' stream")
     wait_s: float = option(10.0, "so long the EEG is looked for at the start", unit="s", low=1.0, high=600.0)
     lost_s: float = option(10.0, "EEG that is silent for so long ends the loop", unit="s", low=1.0, high=600.0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections import Counter
@@ -60,7 +61,7 @@ class Policies:
         """
         end = self._clock() + patience_s
         while self._inlet is None:
-            there = self._there()
+            there = running(self._network, self._subject)
             if len(there) > 1:
                 raise HardwareError(
                     f"{len(there)} closed loops of {self._subject} are running; one is needed",
@@ -78,7 +79,7 @@ class Policies:
 
     def look(self) -> str:
         """Return what is wrong with the loop, or an empty text; one that was started anew is heard from now on."""
-        there, now = self._there(), self._clock()
+        there, now = running(self._network, self._subject), self._clock()
         if self._inlet is not None:
             if any(one.uid == self._inlet.description.uid for one in there):
                 self._seen = now
@@ -96,8 +97,7 @@ class Policies:
         try:
             samples = self._inlet.pull()
         except Lost:
-            self._inlet.close()
-            self._inlet = None
+            self.close()
             return
         for row in samples.values:
             self._take(str(row[0]))
@@ -108,15 +108,10 @@ class Policies:
             self._inlet.close()
             self._inlet = None
 
-    def _there(self) -> list[Description]:
-        return running(self._network, self._subject)
-
     def _open(self, there: list[Description]) -> None:
-        for one in there[:1]:
-            try:
-                self._inlet, self._seen = self._network.open(one), self._clock()
-            except Lost:
-                return
+        if there:
+            with contextlib.suppress(Lost):
+                self._inlet, self._seen = self._network.open(there[0]), self._clock()
 
     def _take(self, text: str) -> None:
         try:

@@ -8,15 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 Clock = Callable[[], float]
 """Returns seconds of the receiver's clock."""
 
 RECORDER = "hrcneuro-recorder"
 """The stream in a recording in which the recorder marks gaps and interruptions, stamped with its own clock."""
+
+MOVES = "hrcneuro-moves"
+"""The stream of markers of a session, unless it is given another name."""
+
+MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
+"""What the type of a stream may be that carries markers, in small letters."""
 
 TRIGGER_TYPES = ("stim", "trigger", "triggers", "marker")
 """What the type of a channel may be that shows triggers, in small letters."""

@@ -26,6 +26,7 @@ from hrcneuro.sources.formats.xdf_streams import (
     choose_eeg,
     in_order,
     info,
+    left_aside,
     marker_streams,
     rate_of,
     recorded_gaps,
@@ -79,7 +80,7 @@ def read_chain(parts: Sequence[Path], options: Source, *, window_s: float, delay
             notes.append(f"left out, without EEG: {error.problem}")
             empty.append(error)
             continue
-        notes += said + more
+        notes += said + more + left_aside(eeg, streams)
         sfreq = rate_of(eeg)
         streams, eeg = [one for one in streams if one is not eeg], in_order(eeg)
         stamps = np.asarray(eeg["time_stamps"], float)

@@ -43,8 +43,7 @@ from hrcneuro.experiment.messages import (
     Trouble,
     Truth,
 )  # fmt: skip
-from hrcneuro.live.markers import NAME
-from hrcneuro.live.transport import TRUTH
+from hrcneuro.live.transport import MOVES, TRUTH
 from hrcneuro.live.triggers import TriggerOptions
 from hrcneuro.paradigm.markers import of_move
 from hrcneuro.robot.backend import PERIOD
@@ -99,7 +98,7 @@ def test_a_session_in_real_time(config, ahead, lsl):
     )  # fmt: skip
     with ArmProcess(ArmSettings(config, "s01", expected_s=60.0), ahead) as arm:
         reports, source, inlets = Reports(arm), "hrcneuro experiment s01", []
-        for name, one in ((NAME, source), (TRUTH, f"{source} truth")):
+        for name, one in ((MOVES, source), (TRUTH, f"{source} truth")):
             (found,) = lsl.resolve_streams(timeout=PATIENCE, name=name, source_id=one)
             inlets.append(lsl.StreamInlet(found))
             inlets[-1].open_stream(timeout=10.0)

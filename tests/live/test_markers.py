@@ -18,8 +18,8 @@ import pytest
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import onsets
 from hrcneuro.live.lsl import LslInlet, described
-from hrcneuro.live.markers import NAME, MarkerOutlet
-from hrcneuro.live.transport import TRUTH, Lost
+from hrcneuro.live.markers import MarkerOutlet
+from hrcneuro.live.transport import MOVES, TRUTH, Lost
 
 STUDY = """[study]
 name = "one"
@@ -48,7 +48,7 @@ max_packet_age_s = 0.5
 
 def listen(lsl, source):
     """Return an inlet that is connected to the stream of ``source`` and knows its clock."""
-    (found,) = lsl.resolve_streams(timeout=60.0, name=NAME, source_id=source)
+    (found,) = lsl.resolve_streams(timeout=60.0, name=MOVES, source_id=source)
     inlet = lsl.StreamInlet(found)
     inlet.open_stream(timeout=10.0)
     # Both clocks are this machine's.
@@ -81,7 +81,7 @@ def test_every_marker_arrives_in_order_with_the_time_it_was_given(lsl):
         assert before - 0.25 <= stamps[0] <= stamps[-1] <= after - 0.25
         assert arrived - after < 5.0
         about = inlet.get_sinfo()
-        assert (about.name, about.stype, about.sfreq, about.n_channels) == (NAME, "Markers", 0.0, 1)
+        assert (about.name, about.stype, about.sfreq, about.n_channels) == (MOVES, "Markers", 0.0, 1)
         inlet.close_stream()
 
 

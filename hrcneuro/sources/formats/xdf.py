@@ -13,11 +13,11 @@ from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
 from hrcneuro.sources.formats.xdf_streams import (
-    LEFT_ASIDE,
     NoSamples,
     choose_eeg,
     in_order,
     info,
+    left_aside,
     marker_streams,
     rate_of,
     recorded_gaps,
@@ -47,8 +47,8 @@ def read(path: Path, *, stream: str = "", stream_rate: str = "nominal", rate_tol
     """
     streams, notes = load(path)
     eeg, said = choose_eeg(streams, stream, path.name)
-    aside = [text for text in said if text.startswith(LEFT_ASIDE)]
-    notes += [text for text in said if text not in aside] + _missing(eeg, path)
+    aside = left_aside(eeg, streams)
+    notes += said + _missing(eeg, path)
     if (ordered := in_order(eeg)) is not eeg:
         notes.append(f"stream {info(eeg, 'name')!r}: chunks that came behind younger ones are put in their places")
     streams = [one for one in streams if one is not eeg]

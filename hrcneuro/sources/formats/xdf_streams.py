@@ -9,20 +9,15 @@ import numpy as np
 
 from hrcneuro.eeg import stamps as stamps_of
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.live.transport import DECISIONS, RECORDER
+from hrcneuro.live.transport import DECISIONS, MARKER_TYPES, RECORDER
 
 _EEG_TYPES = frozenset({"eeg", "exg"})
-_MARKER_TYPES = frozenset({"marker", "markers", "event", "events", "trigger", "triggers", "stim", "stimulus"})
 
 _GAP = re.compile(r"gap/stream=.*/samples=(\d+)/")
 _RATE = 1e-3  # by this share a clock does not run wrong
 _NEAR_S = 0.1  # measured differences of clocks do not waver by so much
 
 Stream = dict[str, Any]
-
-
-LEFT_ASIDE = "left aside:"
-"""Begins what is said of EEG in a file that is not read."""
 
 
 class NoSamples(DataError):
@@ -50,7 +45,7 @@ def marker_streams(streams: list[Stream]) -> tuple[list[Stream], list[Stream]]:
     for stream in streams:
         if info(stream, "name") == DECISIONS:
             left.append(stream)
-        elif is_text(stream) or (rate_of(stream) == 0 and info(stream, "type").lower() in _MARKER_TYPES):
+        elif is_text(stream) or (rate_of(stream) == 0 and info(stream, "type").lower() in MARKER_TYPES):
             marks.append(stream)
         else:
             left.append(stream)
@@ -113,8 +108,7 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
     """
     signals = [s for s in streams if not is_text(s)]
     if wanted:
-        chosen = _wanted(signals, wanted, file)
-        return chosen, _left_aside(chosen, signals)
+        return _wanted(signals, wanted, file), []
     typed = [s for s in signals if info(s, "type").lower() in _EEG_TYPES]
     full = [s for s in typed if len(s["time_stamps"]) > 1]
     if typed and not full:
@@ -138,13 +132,19 @@ def choose_eeg(streams: list[Stream], wanted: str, file: str) -> tuple[Stream, l
     return full[0], notes
 
 
-def _left_aside(chosen: Stream, signals: list[Stream]) -> list[str]:
-    """Return what is to be said of other EEG with samples in the file: it is not read."""
+def left_aside(chosen: Stream, streams: list[Stream]) -> list[str]:
+    """Return what a person should know of other EEG with samples in the file: it is not read.
+
+    Args:
+        chosen: The EEG stream that is read.
+        streams: All of the file, that one among them.
+    """
+    signals = [s for s in streams if not is_text(s)]
     others = [
         s for s in signals if s is not chosen and info(s, "type").lower() in _EEG_TYPES and len(s["time_stamps"]) > 1
     ]
     return [
-        f"{LEFT_ASIDE} stream {_handle(s, signals)!r} ({_about(s)}): acquire.stream chose {_handle(chosen, signals)!r}"
+        f"left aside: stream {_handle(s, signals)!r} ({_about(s)}): acquire.stream chose {_handle(chosen, signals)!r}"
         for s in others
     ]
 
