@@ -7,8 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+from hrcneuro.learning.online import SUBTASKS
 from hrcneuro.paradigm.markers import move_in
-from hrcneuro.tables.loop import DIRECTIONS, LOOP_EPISODES, LOOP_STEPS
+from hrcneuro.tables.loop import LOOP_EPISODES, LOOP_STEPS
 
 Line = Mapping[str, Any]
 _Step = tuple[int, int, int]  # block, episode, trial
@@ -94,7 +95,7 @@ def _step(done: _Done, decided: _Decided, place: _Step, line: Line) -> dict[str,
     before = (block, episode, trial - 1)
     acted = str(done.choices[before]["actor"]) if before in done.choices else None
     owner, drawn = str(line["owner"]), str(line["drawn"])
-    straight = line["step"] in DIRECTIONS
+    straight = line["step"] in SUBTASKS
     row = {name: line[name] for name in ("block", "episode", "trial", "step", "owner", "actor", "human")}
     row |= {"drawn": drawn or None, "before": acted, "in_time_for_tr": line["in_time"]}
     row |= {"taken": drawn == "robot" and owner == "human", "left": drawn == "human" and owner == "robot"}
@@ -119,15 +120,15 @@ def _decision(line: Line, done: _Done, place: _Step) -> dict[str, Any]:
 
 
 def _episodes(done: _Done, decided: _Decided) -> Iterator[dict[str, Any]]:
-    known: tuple[int, Line] = 0, dict.fromkeys(DIRECTIONS, 0.5)
+    known: tuple[int, Line] = 0, dict.fromkeys(SUBTASKS, 0.5)
     arrived = {place[:2] for place, move in done.moves.items() if move["last"]}
     for number, (block, episode) in enumerate(sorted({place[:2] for place in done.choices}), start=1):
         known = decided.known.get((block, episode), known)
         updates, policy = known
         row = {"block": block, "episode": episode, "number": number, "updates": updates}
         row["arrived"] = (block, episode) in arrived
-        row |= {f"human_{one}": policy[one] for one in DIRECTIONS}
-        yield row | {f"owner_{one}": "human" if one in done.owners[block] else "robot" for one in DIRECTIONS}
+        row |= {f"human_{one}": policy[one] for one in SUBTASKS}
+        yield row | {f"owner_{one}": "human" if one in done.owners[block] else "robot" for one in SUBTASKS}
 
 
 def _place(line: Line) -> _Step:

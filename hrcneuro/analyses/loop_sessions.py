@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.learning.loop import CASES, STEPS, LoopModel, LoopSessions
-from hrcneuro.tables.loop import DIRECTIONS
+from hrcneuro.learning.online import SUBTASKS
 
 _SESSION = ["subject", "session"]
 STAGES = {
@@ -34,8 +34,8 @@ def loop_sessions(steps: pd.DataFrame, episodes: pd.DataFrame) -> LoopSessions:
     updates, kinds = np.zeros(shape, int), np.zeros((*shape, len(STEPS)), int)
     decisions = np.zeros((len(keys), len(CASES), 2), int)
     session, number = _index(episodes, keys), episodes["number"].to_numpy(int) - 1
-    policies[session, number] = episodes[[f"human_{one}" for one in DIRECTIONS]].to_numpy(float)
-    owners[session, number] = episodes[[f"owner_{one}" for one in DIRECTIONS]].to_numpy(object) == "human"
+    policies[session, number] = episodes[[f"human_{one}" for one in SUBTASKS]].to_numpy(float)
+    owners[session, number] = episodes[[f"owner_{one}" for one in SUBTASKS]].to_numpy(object) == "human"
     updates[session, number] = episodes["updates"].to_numpy(int)
     # After its last episode a session learns no more.
     updates = np.maximum.accumulate(updates, axis=1)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from hrcneuro.experiment import messages as m
-from hrcneuro.experiment.person import SimulatedPerson, evoked
+from hrcneuro.experiment.person import evoked
 from hrcneuro.experiment.turns import EARLY, Turn, Turns
 from hrcneuro.paradigm import markers
 from hrcneuro.paradigm.closed import HUMAN, ClosedBlock, ClosedEpisode
@@ -50,25 +50,19 @@ class ClosedTurns(Turns):
         subject: str,
         timing: TimingParams,
         *,
-        n_blocks: int,
         policies: Policies,
         wait_s: float,
-        n_moves: int = 0,
-        person: SimulatedPerson | None = None,
-        truth: bool = False,
-        code: int = 1,
+        **shape: Any,
     ) -> None:
         """Begin.
 
         Args:
-            subject, timing, n_blocks, n_moves, person, truth, code: As :class:`~hrcneuro.experiment.turns.Turns` has
-                them.
+            subject, timing: As :class:`~hrcneuro.experiment.turns.Turns` has them.
             policies: What the closed loop says; looked at whenever keys open.
             wait_s: So long the robot waits for the person where it has left them a step of its own, seconds.
+            shape: The other arguments of :class:`~hrcneuro.experiment.turns.Turns`.
         """
-        super().__init__(
-            subject, timing, n_blocks=n_blocks, n_moves=n_moves, person=person, truth=truth, code=code
-        )  # fmt: skip
+        super().__init__(subject, timing, **shape)
         self._policies, self._left_s = policies, wait_s
         self._ready: tuple[str, float] | None = None  # a simulated person's key, and the time that it takes
         self._before = ""  # the marker of the episode's last move

@@ -242,11 +242,10 @@ class _Robot:
 
     def _learn(self, ahead: _Ahead, answer: float) -> bool:
         by_human = ahead.by_human
-        probability = self._decoder.says_takeover(by_human, by_human != ahead.expects_human, ahead.turn, False)
-        said = answer < probability
-        graded = self._model.kind.evidence == "graded"
-        odds = self._decoder.log_odds(by_human, probability, answer) if graded else 0.0
-        self._learner.update(ahead.step, before=HUMAN if by_human else ROBOT, takeover=said, log_odds=odds)
+        said = self._decoder.teach(
+            self._learner, self._model.kind, ahead.step, answer, by_human=by_human,
+            takeover=by_human != ahead.expects_human, turn=ahead.turn, error=False,
+        )  # fmt: skip
         self.learned = self._learner.policy()
         self.updates += 1
         self.decisions[2 * by_human + ahead.humans, int(said)] += 1

@@ -12,6 +12,8 @@ from statistics import NormalDist
 import numpy as np
 
 from hrcneuro.learning.confound import said_by_cue
+from hrcneuro.learning.learners import Kind
+from hrcneuro.learning.online import HUMAN, ROBOT, OnlineLearner
 from hrcneuro.learning.rates import Rates
 
 LOGGED_CASES = np.array(
@@ -57,6 +59,25 @@ class LoopDecoder:
         no, yes = self._separations[by_human]
         score = _quantile(probability) - _quantile(uniform)
         return (no + yes) * (score - (yes - no) / 2.0)
+
+    def teach(
+        self, learner: OnlineLearner, kind: Kind, step: str, uniform: float, *,
+        by_human: bool, takeover: bool, turn: bool, error: bool,
+    ) -> bool:  # fmt: skip
+        """Let the answer at a move's onset teach who makes the next step; return whether it says "takeover".
+
+        Args:
+            learner: Takes it.
+            kind: Which learner that is.
+            step: Direction of the next step, of four.
+            uniform: The answer's draw from U(0, 1).
+            by_human, takeover, turn, error: As ``says`` has them.
+        """
+        probability = self.says_takeover(by_human, takeover, turn, error)
+        said = uniform < probability
+        odds = self.log_odds(by_human, probability, uniform) if kind.evidence == "graded" else 0.0
+        learner.update(step, before=HUMAN if by_human else ROBOT, takeover=said, log_odds=odds)
+        return said
 
     @cached_property
     def _separations(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -10,7 +10,7 @@ import pandas as pd
 from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.loop import CASES, STEPS, LoopSessions
 from hrcneuro.learning.loop_decoders import LoopDecoder
-from hrcneuro.learning.online import HUMAN, ROBOT, SUBTASKS, OnlineLearner
+from hrcneuro.learning.online import HUMAN, SUBTASKS, OnlineLearner
 
 
 def learn_open(
@@ -87,14 +87,10 @@ def _learn(
     decisions = np.zeros((len(CASES), 2), int)
     for number, taught in enumerate(events):
         for event in taught:
-            probability = decoder.says_takeover(
-                event.by_human, event.by_human != event.human_next, event.turn, event.error
-            )
-            uniform = float(rng.random())
-            said = uniform < probability
-            odds = decoder.log_odds(event.by_human, probability, uniform) if kind.evidence == "graded" else 0.0
-            before = HUMAN if event.by_human else ROBOT
-            learner.update(event.step, before=before, takeover=said, log_odds=odds)
+            said = decoder.teach(
+                learner, kind, event.step, float(rng.random()), by_human=event.by_human,
+                takeover=event.by_human != event.human_next, turn=event.turn, error=event.error,
+            )  # fmt: skip
             decisions[2 * event.by_human + event.human_next, int(said)] += 1
         policies[number], updates[number:] = list(learner.policy().values()), learner.updates
         learner.end_episode()

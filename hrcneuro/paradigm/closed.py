@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hrcneuro.paradigm.episode import ROBOTS_KEY, ROBOTS_TURN, Way
-from hrcneuro.paradigm.grid import Tile, displacement, move, toward
+from hrcneuro.paradigm.grid import Tile, move, toward
 from hrcneuro.paradigm.owners import Directions, draw_directions
 from hrcneuro.paradigm.params import ClosedParams
 from hrcneuro.paradigm.partners import ROBOT_CHOICE, Human, Move
@@ -127,9 +127,7 @@ class ClosedEpisode(Way):
         there = move(self.tile, intended)
         pending = self._pending + (there == self.path[self._pending])
         target = "" if pending == len(self.path) else toward(there, self.path[pending])
-        wrong = intended not in self.target
-        executed = displacement(self.tile, there)
-        return Move(len(self.moves), HUMAN, intended, executed, self.target, False, *there, key_wrong=wrong), target
+        return self._as_move(HUMAN, intended, there), target
 
     def act(self, intended: str) -> Move:
         """Let whoever was chosen move in a direction; return what comes of it, which is done from now on.

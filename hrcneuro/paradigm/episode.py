@@ -58,16 +58,20 @@ class Way:
         Raises:
             EndlessEpisodeError: So many moves went wrong that the goal is out of reach.
         """
-        target = self.target
-        wrong = actor == "human" and intended not in target
-        executed = displacement(self.tile, there)
-        done = Move(len(self.moves), actor, intended, executed, target, error, *there, key_wrong=wrong)
+        done = self._as_move(actor, intended, there, error=error)
         self.moves.append(done)
         self.tile = there
         self._pending += there == self.path[self._pending]
         if len(self.moves) == MOST_MOVES:
             raise EndlessEpisodeError(f"an episode did not reach its goal within {MOST_MOVES} moves")
         return done
+
+    def _as_move(self, actor: str, intended: str, there: Tile, *, error: bool = False) -> Move:
+        """Return the move from where the end-effector stands to a tile, without doing it."""
+        target = self.target
+        wrong = actor == "human" and intended not in target
+        executed = displacement(self.tile, there)
+        return Move(len(self.moves), actor, intended, executed, target, error, *there, key_wrong=wrong)
 
 
 class Episode(Way):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hrcneuro.io.tables import Column, Table
+from hrcneuro.learning.online import SUBTASKS
 
 _WHERE = {
     "subject": Column("category", "", "subject"),
@@ -43,7 +44,6 @@ LOOP_STEPS = Table(
         "onset_to_taken_up_ms": Column("float", "ms", "the same until the robot's side took it up"),
     },
 )
-DIRECTIONS = ("N", "E", "S", "W")
 LOOP_EPISODES = Table(
     1,
     "one row an episode of a closed block: what the robot has learned when it ends",
@@ -54,11 +54,8 @@ LOOP_EPISODES = Table(
         "updates": Column("int", "", "answers that the learner has taken since the session began"),
         **{
             f"human_{one}": Column("float", "", f"policy: probability that the robot leaves a step {one} to the person")
-            for one in DIRECTIONS
+            for one in SUBTASKS
         },
-        **{
-            f"owner_{one}": Column("category", "", f"whose steps {one} are by the person's choice")
-            for one in DIRECTIONS
-        },
+        **{f"owner_{one}": Column("category", "", f"whose steps {one} are by the person's choice") for one in SUBTASKS},
     },
 )

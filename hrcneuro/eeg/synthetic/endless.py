@@ -14,7 +14,7 @@ from hrcneuro.eeg.synthetic.generator import generate
 from hrcneuro.eeg.synthetic.head import CH_NAMES
 from hrcneuro.eeg.synthetic.params import SyntheticParams
 
-_REST_S = 120.0
+_REST_S = 120.0  # after so long its rest repeats
 _FADE_S = 2.0
 _AHEAD_S = 4.0  # what a move evokes is over by then
 _MISSING = {"actor": None, "scenario": "iC", "error": False, "prev_error": False, "turn": False}
@@ -30,10 +30,7 @@ class Endless:
 
     ch_names = CH_NAMES
 
-    def __init__(
-        self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator, sitting: int = 0,
-        rest_s: float = _REST_S,
-    ) -> None:  # fmt: skip
+    def __init__(self, *, params: SyntheticParams, sfreq: float, rng: np.random.Generator, sitting: int = 0) -> None:
         """Make a subject, and some minutes of its rest.
 
         Args:
@@ -41,13 +38,12 @@ class Endless:
             sfreq: Sampling rate, Hz.
             rng: The subject's generator.
             sitting: As :func:`~hrcneuro.eeg.synthetic.generator.generate` has it.
-            rest_s: After so long its rest repeats, seconds.
         """
         self.sfreq, self.taken, self._params = sfreq, 0, params
         self._draws, made = rng.spawn(2)
         still = replace(params, effect="none", positivity_uv=0.0, visual_uv=0.0, motor_uv=0.0, error_uv=0.0)
         # One move that evokes nothing: a recording ends five seconds after its last one.
-        nothing = pd.DataFrame([{**_MISSING, "onset_s": rest_s + _FADE_S - 5.0, "condition_before": None}])
+        nothing = pd.DataFrame([{**_MISSING, "onset_s": _REST_S + _FADE_S - 5.0, "condition_before": None}])
         rest = generate(nothing, params=still, sfreq=sfreq, rng=made, sitting=sitting)
         self._rest = _joined_ends(rest.data_uv, round(_FADE_S * sfreq))
         gains: pd.DataFrame = rest.truth["topographies"]
