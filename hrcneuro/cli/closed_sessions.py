@@ -21,6 +21,9 @@ from hrcneuro.errors import HardwareError, StageInterrupted
 if TYPE_CHECKING:
     import pandas as pd
 
+    from hrcneuro.decoding.frozen import FrozenDecoder
+    from hrcneuro.experiment.ahead import Ahead
+
 _SEEDS = 100_000  # apart from each other: those of a study's subjects lie close together
 
 
@@ -65,15 +68,21 @@ class Place:
     late: int = 0
 
 
-def all_of(jobs: Sequence[Job], talk: Console, workers: int) -> list[Place]:
+def all_of(jobs: Sequence[Job], talk: Console, workers: int, ahead: Ahead) -> list[Place]:
     """Run sessions, several at once; return where their logs lie, in their order.
+
+    Args:
+        jobs: The sessions.
+        talk: Is told how far they are.
+        workers: How many processes; 0 means one for each core.
+        ahead: What checks each request to the arm, for sessions in this process; others make their own.
 
     Raises:
         HrcError: One cannot be begun, or was stopped; others that run by then are ended.
     """
     workers = min(workers or os.cpu_count() or 1, len(jobs))
     if workers <= 1:
-        return [_run_and_tell(job, len(jobs), talk) for job in jobs]
+        return [_run_and_tell(job, len(jobs), talk, ahead) for job in jobs]
     with futures.ProcessPoolExecutor(
         workers, mp_context=multiprocessing.get_context("spawn"), initializer=_deaf
     ) as pool:
@@ -90,8 +99,8 @@ def all_of(jobs: Sequence[Job], talk: Console, workers: int) -> list[Place]:
             raise
 
 
-def _run_and_tell(job: Job, of: int, talk: Console) -> Place:
-    place = run(job)
+def _run_and_tell(job: Job, of: int, talk: Console, ahead: Ahead) -> Place:
+    place = run(job, ahead)
     talk.say(f"{job.number} of {of} closed sessions")
     return place
 
@@ -101,8 +110,8 @@ def _deaf() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run(job: Job) -> Place:
-    """Run a session in a folder of its own.
+def run(job: Job, ahead: Ahead | None = None) -> Place:
+    """Run a session in a folder of its own; without ``ahead`` what checks requests to the arm is made for it.
 
     Raises:
         HrcError: It cannot be begun, or the arm was stopped.
@@ -133,7 +142,7 @@ def run(job: Job) -> Place:
         loop = Loop(frozen, onlining.learner_of(wanted, about), wanted, log, record.rail_uv)
         lab = Lab(brain_of(study, job.subject, sitting=job.number), kinds(), record, SYNTHETIC, recorded)
         with threadpool_limits(1):
-            rehearsal = Rehearsal(setup, lab, loop)
+            rehearsal = Rehearsal(setup, lab, loop, ahead=ahead)
             seen = rehearsal.run()
     finally:
         log.close()
@@ -159,25 +168,23 @@ def tables(subject: str, places: Sequence[Place]) -> tuple[pd.DataFrame, pd.Data
     return pd.concat([one for one, _ in pairs]), pd.concat([one for _, one in pairs])
 
 
-def replayed(study: Settings, subject: str, decoder: Path, place: Place) -> dict[str, int]:
-    """Return how many decisions come out of the recording as they did live, to the last bit, and how many other."""
-    from threadpoolctl import threadpool_limits
+def replayed(
+    study: Settings, subject: str, decoder: FrozenDecoder, about: Mapping[str, Any], place: Place
+) -> dict[str, int]:
+    """Return how many decisions come out of the recording as they did live, to the last bit, and how many other.
 
+    ``decoder`` and ``about`` are as :func:`~hrcneuro.io.decoders.read_decoder` has them.
+    """
     from hrcneuro.cli import onlining
-    from hrcneuro.io.decoders import read_decoder
     from hrcneuro.live import decisions, replaying
 
     assert place.recorded is not None
     wanted = study.live["online"]
-    frozen, about = read_decoder(decoder)
     known = decisions.known(place.decisions)
-    lines: list[Mapping[str, Any]] = []
-    with threadpool_limits(1):
-        replaying.replay(
-            replaying.read(place.recorded, wanted), frozen, onlining.learner_of(wanted, about), wanted,
-            subject=subject, chunk=40, publish=lambda text, stamp: None, log=lines.append, known=known,
-            rail_uv=study.live["record"].rail_uv,
-        )  # fmt: skip
+    _, lines = onlining.replayed(
+        replaying.read(place.recorded, wanted), decoder, about, wanted, subject=subject, chunk=40, known=known,
+        rail_uv=study.live["record"].rail_uv,
+    )  # fmt: skip
     return onlining.compared(lines, known)
 
 

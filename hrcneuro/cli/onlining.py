@@ -20,11 +20,13 @@ from hrcneuro.cli import bring
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
+from hrcneuro.decoding.frozen import FrozenDecoder
 from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
-from hrcneuro.learning.learners import kinds
+from hrcneuro.learning.learners import Kind, kinds
 from hrcneuro.learning.online import OnlineLearner, rates_of
+from hrcneuro.learning.rates import Rates
 from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
@@ -53,9 +55,6 @@ class Task:
         self._about: Mapping[str, Any] = about
         self._parent = options.workdir.absolute() / self._record.folder / subject
 
-    def _learner(self) -> OnlineLearner:
-        return learner_of(self._wanted, self._about)
-
     # --- live -----------------------------------------------------------------------------------------------------
 
     def look(self) -> int:
@@ -81,7 +80,7 @@ class Task:
             ConfigError, StageError: The log cannot be written.
             DataError: There is no loop to go on with, or it was another one.
         """
-        learner = self._learner()
+        learner = learner_of(self._wanted, self._about)
         path = going_on.newest(self._parent) if go_on else None
         before = self._relearn(learner, path) if path is not None else None
         # Threads of BLAS that wait for each other take longer than these products.
@@ -171,12 +170,10 @@ class Task:
             known = decisions.known(*found) if found else None
         except OSError as error:
             raise DataError(f"{log} cannot be read: {error.strerror or error}", cure="name another: --log") from error
-        lines: list[Mapping[str, Any]] = []
-        with threadpool_limits(1):
-            loops = replaying.replay(
-                parts, self._decoder, self._learner(), self._wanted, subject=self._subject, chunk=chunk,
-                publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
-            )  # fmt: skip
+        loops, lines = replayed(
+            parts, self._decoder, self._about, self._wanted, subject=self._subject, chunk=chunk, known=known,
+            rail_uv=self._record.rail_uv,
+        )  # fmt: skip
         # A recording's clock stands still while it is decided: durations mean nothing.
         told = self._told(loops, found[-1] if found else None) | {"latency_ms": {}}
         code = 0
@@ -242,14 +239,44 @@ def learner_of(options: OnlineOptions, about: Mapping[str, Any]) -> OnlineLearne
     Raises:
         ConfigError: It needs rates that the decoder has not.
     """
-    kind = kinds(alpha=options.alpha, ddof=0, horizon=options.horizon)[options.learner]
-    rates = rates_of(about.get("summary", {}).get("problems", {}))
+    kind, rates = kind_of(options), claimed(about)
     if rates is None and kind.evidence == "decision" and options.learner == "bayes":
         raise ConfigError(
             "online.learner = 'bayes' weighs an answer by the decoder's rates, and the decoder has none of its own",
             cure="calibrate on at least two blocks, or take another learner, such as 'bayes_graded'",
         )
     return OnlineLearner(kind, tau=options.tau, floor=options.floor, rates=rates)
+
+
+def kind_of(options: OnlineOptions) -> Kind:
+    """Return which learner is configured."""
+    return kinds(alpha=options.alpha, ddof=0, horizon=options.horizon)[options.learner]
+
+
+def claimed(about: Mapping[str, Any]) -> Rates | None:
+    """Return the rates of a decoder's calibration, by what its file says of it; None where it has none."""
+    return rates_of(about.get("summary", {}).get("problems", {}))
+
+
+def replayed(
+    parts: Sequence[tuple[replaying.Stream, replaying.Stream]], decoder: FrozenDecoder, about: Mapping[str, Any],
+    options: OnlineOptions, *, subject: str, chunk: int, known: decisions.Known | None, rail_uv: float,
+) -> tuple[list[Online], list[Mapping[str, Any]]]:  # fmt: skip
+    """Return the loops that went over the parts of a recording, and the lines of their log.
+
+    Args:
+        parts: As :func:`~hrcneuro.live.replaying.read` has them.
+        decoder, about: As :func:`~hrcneuro.io.decoders.read_decoder` has them.
+        options: Of the loop.
+        subject, chunk, known, rail_uv: As :func:`~hrcneuro.live.replaying.replay` takes them.
+    """
+    lines: list[Mapping[str, Any]] = []
+    with threadpool_limits(1):
+        loops = replaying.replay(
+            parts, decoder, learner_of(options, about), options, subject=subject, chunk=chunk,
+            publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=rail_uv,
+        )  # fmt: skip
+    return loops, lines
 
 
 def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:

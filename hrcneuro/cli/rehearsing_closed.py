@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hrcneuro.answers.words import counted
 from hrcneuro.cli import bring, closed_sessions, experimenting, rehearsing, results
@@ -18,6 +18,7 @@ from hrcneuro.experiment import session
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import check_room, new_folder
+from hrcneuro.live.part import newest
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -61,7 +62,6 @@ def run(options: Options, subject: str, wish: Wish) -> int:
             f"--sessions {wish.sessions} at real pace; allowed: 1, of one block", cure="leave it out, or --pace virtual"
         )
     given = rehearsing.given_at(wish.pace, screen=wish.screen, patient=wish.patient)
-    opened = rehearsing.given_at("virtual", screen=False, patient=False)
     closed = given | {"--closed": _closed(wish)}
     study = bring.settings(options, others=closed)
     graph.check_subject(study, subject)
@@ -77,14 +77,16 @@ def run(options: Options, subject: str, wish: Wish) -> int:
     )
     folder = new_folder(parent)
     bring.console(options).say(f"rehearsing closed blocks of {subject} at {wish.pace} pace in {folder}")
-    decoder = wish.decoder.absolute() if wish.decoder else _calibrated(options, subject, folder, opened)
-    placed = closed | rehearsing.placed(study, folder)
+    recorded_in = rehearsing.placed(study, folder)
+    closed |= recorded_in
+    opened = rehearsing.given_at("virtual", screen=False, patient=False) | recorded_in
+    decoder = wish.decoder.absolute() if wish.decoder else _calibrated(options, subject, folder, opened, ahead)
     if wish.pace == "virtual":
         numbers = range(1, wish.sessions + 1)
-        jobs = [closed_sessions.Job(options, placed, subject, folder, decoder, n, wish.sessions == 1) for n in numbers]
-        places = closed_sessions.all_of(jobs, bring.console(options), options.jobs)
+        jobs = [closed_sessions.Job(options, closed, subject, folder, decoder, n, wish.sessions == 1) for n in numbers]
+        places = closed_sessions.all_of(jobs, bring.console(options), options.jobs, ahead)
     else:
-        places = [_real(options, subject, folder, placed, decoder, ahead)]
+        places = [_real(options, subject, folder, closed, decoder, ahead)]
     return _told(options, study, subject, folder, decoder, places)
 
 
@@ -93,13 +95,11 @@ def _closed(wish: Wish) -> list[str]:
     return ["experiment.loop=closed", "experiment.loop_wait_s=60", f"online.mode={wish.mode}", *one]
 
 
-def _calibrated(options: Options, subject: str, folder: Path, given: Mapping[str, Sequence[str]]) -> Path:
+def _calibrated(options: Options, subject: str, folder: Path, given: Mapping[str, Sequence[str]], ahead: Ahead) -> Path:
     """Rehearse a session as the study has it, calibrate on it, and return the decoder's folder."""
     study = bring.settings(options, others=given)
-    study = bring.settings(options, others=dict(given) | rehearsing.placed(study, folder))
     talk = bring.console(options)
     talk.say("a session of the study, to calibrate on …")
-    ahead = session.looked_ahead(experimenting.setup_of(study, subject, folder))
     seen = rehearsing.virtual(study, subject, folder, ahead)
     if not seen.whole:
         raise rehearsing.broken_off(seen, folder)
@@ -127,9 +127,9 @@ def _real(
     if not seen.whole:
         raise rehearsing.broken_off(seen, folder)
     setup = experimenting.setup_of(study, subject, folder)
-    logs = sorted((setup.folder / subject).glob("*-online/decisions.jsonl"))
-    recorded = max((path.parent for path in (setup.folder / subject).glob("*/*.xdf")), default=None)
-    return Place(1, setup.place / "experiment.jsonl", logs[-1], recorded)
+    recordings = setup.folder / subject
+    logs = sorted(recordings.glob("*-online/decisions.jsonl"))
+    return Place(1, setup.place / "experiment.jsonl", logs[-1], newest(recordings))
 
 
 def _told(options: Options, study: Settings, subject: str, folder: Path, decoder: Path, places: Sequence[Place]) -> int:
@@ -140,8 +140,9 @@ def _told(options: Options, study: Settings, subject: str, folder: Path, decoder
     steps, episodes = closed_sessions.tables(subject, places)
     write_table(steps, folder / STEPS, LOOP_STEPS)
     write_table(episodes, folder / EPISODES, LOOP_EPISODES)
-    replayed = [closed_sessions.replayed(study, subject, decoder, place) for place in places if place.recorded]
-    page = _page(study, subject, folder, decoder, places, steps, episodes, replayed)
+    frozen, known = read_decoder(decoder)
+    replayed = [closed_sessions.replayed(study, subject, frozen, known, place) for place in places if place.recorded]
+    page = _page(study, subject, folder, known, places, steps, episodes, replayed)
     about = {
         "command": "rehearse", "ok": all(not one["different"] for one in replayed), "folder": str(folder),
         "page": str(page), "sessions": len(places), **closed_sessions.numbers(steps, episodes), "replay": replayed,
@@ -154,30 +155,27 @@ def _told(options: Options, study: Settings, subject: str, folder: Path, decoder
 
 
 def _page(
-    study: Settings, subject: str, folder: Path, decoder: Path, places: Sequence[Place],
+    study: Settings, subject: str, folder: Path, decoder: Mapping[str, Any], places: Sequence[Place],
     steps: pd.DataFrame, episodes: pd.DataFrame, replayed: Sequence[Mapping[str, int]],
 ) -> Path:  # fmt: skip
-    from hrcneuro.learning.learners import kinds
+    from hrcneuro.cli import onlining
     from hrcneuro.learning.loop import LoopModel
-    from hrcneuro.learning.online import rates_of
     from hrcneuro.report import loop, markup
 
     wanted = study.live["online"]
-    kind = kinds(alpha=wanted.alpha, ddof=0, horizon=wanted.horizon)[wanted.learner]
     model = LoopModel(
-        kind, wanted.tau, mode=wanted.mode, floor=wanted.floor, afresh=wanted.afresh,
+        onlining.kind_of(wanted), wanted.tau, mode=wanted.mode, floor=wanted.floor, afresh=wanted.afresh,
         closed=study.live["experiment"].closed, session=study.sections["acquire"].session,
     )  # fmt: skip
-    _, about = read_decoder(decoder)
     null = loop.null_of(
         steps, episodes, model, sessions=_NULL_SESSIONS, repetitions=_SIM1_REPETITIONS,
-        seed=study.sections["acquire"].seed, claimed=rates_of(about.get("summary", {}).get("problems", {})),
+        seed=study.sections["acquire"].seed, claimed=onlining.claimed(decoder),
     )  # fmt: skip
     chapter = loop.chapter(
         steps, episodes, null, picture=folder / PICTURE, deadline_s=wanted.deadline_s, mode=wanted.mode,
         remark=rehearsing.SYNTHETIC,
     )  # fmt: skip
-    answers = results.blocks([("calibrate", subject, about.get("summary", {}))])
+    answers = results.blocks([("calibrate", subject, decoder.get("summary", {}))])
     page = markup.render(
         "rehearsal_closed.html",
         title=f"rehearsal of {subject}, closed",
