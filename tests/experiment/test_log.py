@@ -183,6 +183,7 @@ def test_a_subject_whose_session_exists_is_refused_and_keeps_it(tmp_path, trials
 def test_a_recording_of_the_subject_does_not_stand_in_the_way(tmp_path):
     (tmp_path / "s01" / "2026-01-01T000000").mkdir(parents=True)
     begun(tmp_path).close()
+    assert (tmp_path / "s01" / "experiment.jsonl").read_text().startswith('{"kind":"session"')
 
 
 @pytest.mark.parametrize("resume", [False, True])

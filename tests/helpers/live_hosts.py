@@ -10,7 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 
-from live_lab import COMMAND, Lab, Row
+from live_lab import COMMAND, Lab, Row, lsl_api
 
 _MARKERS = """
 import itertools, time
@@ -22,16 +22,6 @@ for i in itertools.count():
 """
 Start = Callable[..., "subprocess.Popen[str]"]
 _HERE, _THERE = "10.97.3.1", "10.97.3.2"
-_LSL = """[lab]
-KnownPeers = {{{peer}}}
-SessionID = {session}
-[multicast]
-ResolveScope = machine
-[ports]
-IPv6 = disable
-[log]
-level = -3
-"""
 
 
 def pulled_cable(lab: Lab) -> Iterator[Row]:
@@ -90,7 +80,7 @@ def _machines(lab: Lab) -> Iterator[tuple[Start, Start]]:
 
 def _start(lab: Lab, name: str, peer: str) -> Start:
     path = lab.folder / f"{name}.cfg"
-    path.write_text(_LSL.format(peer=peer, session=f"live-{lab.folder.name}"))
+    path.write_text(lsl_api(f"live-{lab.folder.name}", peer=peer))
     environment = {**lab.environment, "LSLAPICFG": str(path)}
 
     def start(*words: str) -> subprocess.Popen[str]:

@@ -31,9 +31,9 @@ episodes_per_block = 6
 [record]
 look_s = 1.0
 """
-# Loopback only, and no stream of another run: liblsl reads it once, before its first call in a process.
-LSL = """[lab]
-KnownPeers = {{127.0.0.1}}
+# liblsl reads it once, before its first call in a process.
+_LSL = """[lab]
+KnownPeers = {{{peer}}}
 SessionID = {session}
 [multicast]
 ResolveScope = machine
@@ -44,13 +44,18 @@ level = -3
 """
 
 
+def lsl_api(session: str, *, peer: str = "127.0.0.1") -> str:
+    """Return liblsl's configuration: it hears one peer, this machine itself, and no stream of another session."""
+    return _LSL.format(session=session, peer=peer)
+
+
 class Lab:
     """A study in a folder of its own, with LSL that hears nobody else."""
 
     def __init__(self, folder: Path, *, brief: bool = True) -> None:
         self.folder, self.brief = folder, brief
         (folder / "hrcneuro.toml").write_text(STUDY)
-        (folder / "lsl_api.cfg").write_text(LSL.format(session=f"live-{os.getpid()}-{folder.name}"))
+        (folder / "lsl_api.cfg").write_text(lsl_api(f"live-{os.getpid()}-{folder.name}"))
         path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
         self.environment = {**os.environ, "LSLAPICFG": str(folder / "lsl_api.cfg"), "PYTHONPATH": path}
 

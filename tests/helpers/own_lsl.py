@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from live_lab import LSL
+from live_lab import lsl_api
 
 
 @pytest.fixture(scope="module")
@@ -12,7 +12,7 @@ def lsl(tmp_path_factory):
     if "LSLAPICFG" in os.environ:
         pytest.skip("LSLAPICFG is set: this laboratory's streams are its own")
     place = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
-    place.write_text(LSL.format(session=f"hrcneuro-test-{os.getpid()}"))
+    place.write_text(lsl_api(f"hrcneuro-test-{os.getpid()}"))
     os.environ["LSLAPICFG"] = str(place)
     yield pytest.importorskip("mne_lsl.lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
     del os.environ["LSLAPICFG"]
