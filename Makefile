@@ -47,10 +47,11 @@ cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg an
 	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases)/eeg; eeg=$$?; \
 	$(BIN)/python tests/product/robot_cases.py $(or $(FOLDER),../shared/cases)/robot && exit $$eeg
 
-live: $(VENV)/ready           ## in real time: the window, a block of the experiment, half an hour of recording, thirty kills; 75 minutes
+live: $(VENV)/ready           ## in real time: the window, a block of the experiment, a closed loop, half an hour of recording, thirty kills; 105 minutes
 	$(BIN)/python tests/product/live_window.py; window=$$?; \
 	$(BIN)/python tests/product/live_experiment.py; experiment=$$?; \
-	$(BIN)/python tests/product/live_runs.py && exit $$((window | experiment))
+	$(BIN)/python tests/product/live_loop.py; loop=$$?; \
+	$(BIN)/python tests/product/live_runs.py && exit $$((window | experiment | loop))
 
 installs:                     ## the product as people install it, from a wheel: pip, pipx, uv, and the oldest libraries allowed
 	$(PYTHON) tests/product/installs.py
