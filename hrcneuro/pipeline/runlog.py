@@ -48,9 +48,8 @@ class RunLog:
         """Log what became of an item."""
         error = {"error": {"problem": item.error.problem, "cure": item.error.cure}} if item.error else {}
         seconds = {"seconds": item.seconds} if item.state is State.RAN else {}
-        self.write(
-            "item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **seconds, **error
-        )
+        also = {**seconds, **error, **({"lost": item.lost} if item.lost else {})}
+        self.write("item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **also)
 
     def end(self, items: Iterable[Item], code: int) -> None:
         """Log how a run that came to its end ended."""

@@ -1,0 +1,259 @@
+"""Jobs on a SLURM cluster: arrays of them, submitted by submitit; SLURM's own queue says what becomes of each."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hrcneuro.errors import ConfigError
+from hrcneuro.pipeline.elsewhere import Elsewhere, Site, Trip
+from hrcneuro.pipeline.item import State
+from hrcneuro.pipeline.worker import Answer, Ticket, work
+
+# So long jobs are gathered for one array: the walk hands them over one by one.
+_GATHER_S = 0.5
+_LOOK_S = 2.0
+# What SLURM allows of a site's jobs at a time where nobody says less; the array's limit, not the cluster's.
+_AT_ONCE = 1000
+# So long before the end of its time a job is told, so that it can remove what is half-written.
+_WARNED_S = 30
+# An answer may become visible that long after SLURM has taken the job for ended.
+_ANSWER_S = 30.0
+_LIVES = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED",
+          "RESIZING", "SIGNALING", "SPECIAL_EXIT", "STAGE_OUT", "STOPPED", "RESV_DEL_HOLD"}  # fmt: skip
+_LOST = {"NODE_FAIL": "its node failed", "BOOT_FAIL": "its node did not start", "REVOKED": "its job was taken back"}
+
+
+@dataclass
+class _Sent:
+    """A job in SLURM's hands: what submitit knows of it, and since when SLURM takes it for ended."""
+
+    job: Any
+    ended: float = 0.0
+
+
+@dataclass
+class _Gathered:
+    """Trips that wait to be submitted together, and since when."""
+
+    trips: list[Trip] = field(default_factory=list)
+    since: float = 0.0
+
+
+class Slurm(Elsewhere):
+    """Sends jobs to SLURM, those that may use the same in one array."""
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        if not shutil.which("sbatch"):
+            raise ConfigError(
+                "--executor slurm needs the command sbatch, which is not here",
+                cure="run it on a machine of the cluster that may submit jobs, or choose another executor",
+            )
+        try:
+            import submitit
+        except ModuleNotFoundError as error:
+            raise ConfigError(
+                f"--executor slurm needs {error.name}, which is not installed", cure="pip install 'hrcneuro[slurm]'"
+            ) from error
+        self._submitit = submitit
+        self._waiting = _Gathered()
+        self._sent: dict[Trip, _Sent] = {}
+        self._guard = threading.Lock()
+        self._ended = threading.Event()
+        self._answered = time.monotonic()
+        self._thread = threading.Thread(target=self._look_after, name="slurm", daemon=True)
+
+    def open(self) -> None:
+        """Ask SLURM whether it is there, and begin to look after jobs.
+
+        Raises:
+            ConfigError: It does not answer.
+        """
+        code, said = _asked(["sinfo", "--noheader", "--format=%P"])
+        if code:
+            raise ConfigError(f"SLURM does not answer: {said}", cure="see whether 'sinfo' works on this machine")
+        self._thread.start()
+
+    def send(self, trip: Trip) -> None:
+        """Put a job among those that go with the next array."""
+        with self._guard:
+            self._waiting.trips.append(trip)
+            self._waiting.since = time.monotonic()
+
+    def close(self, *, interrupted: bool) -> None:
+        """Leave SLURM; what is under way there is cancelled where the run was interrupted."""
+        self._ended.set()
+        self._thread.join(30.0)
+        ids = [sent.job.job_id for sent in self._sent.values()]
+        if interrupted and ids:
+            _asked(["scancel", *ids])
+
+    def _look_after(self) -> None:
+        looked = 0.0
+        while not self._ended.wait(0.1):
+            now = time.monotonic()
+            with self._guard:
+                trips = self._waiting.trips if now - self._waiting.since >= _GATHER_S else []
+                if trips:
+                    self._waiting = _Gathered()
+            for alike in _grouped(trips):
+                self._submit(alike)
+            if now - looked >= _LOOK_S and self._sent:
+                self._look()
+                looked = time.monotonic()
+
+    def _submit(self, trips: list[Trip]) -> None:
+        """Submit jobs of one stage that may use the same, as one array."""
+        what, task, options = trips[0].resources, trips[0].job.task, self.site.options
+        try:
+            engine = self._submitit.SlurmExecutor(self.folder / "slurm")
+            engine.update_parameters(
+                job_name=f"hrcneuro-{task.name}",
+                time=what.minutes,
+                mem=f"{what.memory_gb:g}GB",
+                cpus_per_task=1,
+                ntasks_per_node=1,
+                array_parallelism=self.site.workers or _AT_ONCE,
+                signal_delay_s=_WARNED_S,
+                **({"partition": options.partition} if options.partition else {}),
+                **({"account": options.account} if options.account else {}),
+                additional_parameters=dict(options.sbatch),
+            )
+            with engine.batch():
+                jobs = [engine.submit(in_a_job, self.ticket(trip, counted=False)) for trip in trips]
+        except Exception as error:
+            for trip in trips:
+                self.broken(trip, error)
+            return
+        self._sent |= {trip: _Sent(job) for trip, job in zip(trips, jobs, strict=True)}
+
+    def _look(self) -> None:
+        """Settle the trips whose jobs have ended."""
+        answers = {trip: sent for trip, sent in self._sent.items() if sent.job.paths.result_pickle.exists()}
+        for trip, sent in answers.items():
+            del self._sent[trip]
+            self._take(trip, sent)
+        states = _states(self._sent[trip].job.job_id for trip in self._sent)
+        wait_s, now = self.site.options.wait_s, time.monotonic()
+        if states is None:
+            if now - self._answered > wait_s:
+                for trip in list(self._sent):
+                    del self._sent[trip]
+                    self.missing(trip, f"SLURM has not answered for {wait_s:g} s")
+            return
+        self._answered = now
+        for trip, sent in list(self._sent.items()):
+            state, why = states.get(sent.job.job_id, ("GONE", ""))
+            if state in _LIVES:
+                sent.ended = 0.0
+            elif not sent.ended:
+                sent.ended = now
+            elif now - sent.ended > (_ANSWER_S if state in ("COMPLETED", "GONE") else 2 * _LOOK_S):
+                del self._sent[trip]
+                self._lost(trip, sent, state, why)
+
+    def _take(self, trip: Trip, sent: _Sent) -> None:
+        """Settle a trip by what its job has left."""
+        try:
+            answer = sent.job.result()
+        except Exception as error:
+            self.broken(trip, RuntimeError(str(error).strip().splitlines()[-1] if str(error).strip() else "no words"))
+            return
+        if answer is OUT_OF_TIME:
+            self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
+        else:
+            self.arrived(trip, answer)
+
+    def _lost(self, trip: Trip, sent: _Sent, state: str, why: str) -> None:
+        if state == "TIMEOUT":
+            self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
+        elif state == "OUT_OF_MEMORY" or why.startswith("RaisedSignal:9"):
+            self.lost(trip, f"its {trip.resources.memory_gb:g} GB of memory ran out", ran_out_of="memory")
+        elif state == "PREEMPTED":
+            self.lost(trip, "it was preempted", preempted=True)
+        elif state in _LOST:
+            self.lost(trip, _LOST[state])
+        elif state in ("GONE", "COMPLETED"):
+            self.lost(trip, "its job ended and left no answer")
+        elif state == "CANCELLED":
+            # Whoever did that does not want to see it again at once.
+            self.missing(trip, "its job was cancelled")
+        else:
+            said = _last_line(sent.job.paths.stderr)
+            self.missing(trip, f"its job ended as {state}{f' ({why})' if why else ''}{f': {said}' if said else ''}")
+
+
+OUT_OF_TIME = "out of time"
+
+
+def in_a_job(ticket: Ticket) -> Answer | str:
+    """Return the answer to a ticket, or ``OUT_OF_TIME``; the life of a SLURM job.
+
+    SLURM tells a job some time before it ends it: what is half-written is removed then.
+    """
+    told = threading.Event()
+
+    def out_of_time(*_: object) -> None:
+        told.set()
+        raise SystemExit(1)
+
+    # submitit would have the job queued again by itself, or fail it with an exception that looks like the stage's own.
+    signal.signal(signal.SIGUSR2, out_of_time)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    try:
+        answer = work(ticket)
+    except SystemExit:
+        if told.is_set():
+            return OUT_OF_TIME
+        raise
+    # Some places make another exception of an exit, such as those that import.
+    return OUT_OF_TIME if told.is_set() and answer.state is State.FAILED else answer
+
+
+def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
+    alike: dict[Any, list[Trip]] = {}
+    for trip in trips:
+        alike.setdefault((trip.job.task.name, trip.resources), []).append(trip)
+    return list(alike.values())
+
+
+def _states(ids: Iterable[str]) -> dict[str, tuple[str, str]] | None:
+    """Return each job's state and its reason, of those that SLURM still knows; None where it does not answer.
+
+    Asked of the queue, not of the accounting: many clusters, and all small ones, keep no accounts.
+    """
+    arrays = sorted({one.partition("_")[0] for one in ids})
+    found: dict[str, tuple[str, str]] = {}
+    for array in arrays:
+        code, said = _asked(["squeue", "--noheader", "--array", "--states=all", "--format=%i|%T|%r", f"--jobs={array}"])
+        if code and "Invalid job id" not in said:
+            return None
+        rows = [line.split("|") for line in said.splitlines() if line.count("|") == 2]
+        found |= {name.strip(): (state.partition(" ")[0], why) for name, state, why in rows}
+    return found
+
+
+def _asked(command: list[str]) -> tuple[int, str]:
+    """Return exit code and words of one of SLURM's commands."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    except (OSError, subprocess.SubprocessError) as error:
+        return 1, str(error)
+    return done.returncode, (done.stdout + done.stderr).strip()
+
+
+def _last_line(path: Path) -> str:
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    except OSError:
+        return ""
+    return lines[-1][-200:] if lines else ""
