@@ -132,8 +132,9 @@ class Elsewhere(ABC):
 
     def arrived(self, trip: Trip, answer: Answer) -> None:
         """Settle a trip with its answer."""
-        unseen = answer.begun - 1 - len(trip.lost)
-        trip.lost += ["its worker was lost"] * max(0, unseen)
+        lost = answer.begun if answer.given_up else answer.begun - 1
+        # Where the engine sent it again by itself.
+        trip.lost += ["its worker was lost"] * (lost - len(trip.lost))
         if answer.given_up:
             self._fail(trip, _missing(trip))
         elif answer.error is not None:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import signal
 import threading
 import time
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
 from typing import Any
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline.elsewhere import Elsewhere, Site, Trip
 from hrcneuro.pipeline.worker import work
 
-_CONNECT_S = 10.0
+_CONNECT_S = 5.0
 _LOOK_S = 1.0
 
 
@@ -87,10 +89,19 @@ class Dask(Elsewhere):
         with contextlib.suppress(Exception):
             if interrupted and self._sent:
                 self._client.cancel(list(self._sent.values()), force=True)
+        if interrupted and self._cluster is not None:
+            self._kill_workers()
         for one in (self._client, self._cluster):
             with contextlib.suppress(Exception):
                 if one is not None:
                     one.close(timeout=3.0)
+
+    def _kill_workers(self) -> None:
+        """End the workers on this machine at once: what they leave half-written is swept after the run."""
+        for nanny in self._cluster.workers.values():
+            nanny.auto_restart = False
+            with contextlib.suppress(OSError, TypeError):
+                os.kill(nanny.pid, signal.SIGKILL)
 
     def _ended_there(self, trip: Trip, done: Any) -> None:
         """Say what became of a job; called in a thread of dask's."""
@@ -136,6 +147,8 @@ class Dask(Elsewhere):
 def _threads_without_interrupts() -> Iterator[None]:
     # Threads hand their mask on to the processes that they start: a key reaches the whole terminal, and workers must
     # not die of it before the run has said what becomes of their jobs.
+    # The resource tracker unblocks the interrupt in the thread that starts it.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGQUIT))
     try:
         yield

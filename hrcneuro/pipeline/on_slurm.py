@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import shutil
 import signal
 import subprocess
@@ -20,7 +21,8 @@ from hrcneuro.pipeline.worker import Answer, Ticket, work
 
 # So long jobs are gathered for one array: the walk hands them over one by one.
 _GATHER_S = 0.5
-_LOOK_S = 2.0
+# Answers are files, and cheap to look for; the queue is a question to a server that all users share.
+_LOOK_S, _ASK_S = 0.5, 5.0
 # What SLURM allows of a site's jobs at a time where nobody says less; the array's limit, not the cluster's.
 _AT_ONCE = 1000
 # So long before the end of its time a job is told, so that it can remove what is half-written.
@@ -98,7 +100,7 @@ class Slurm(Elsewhere):
             _asked(["scancel", *ids])
 
     def _look_after(self) -> None:
-        looked = 0.0
+        looked = asked = 0.0
         while not self._ended.wait(0.1):
             now = time.monotonic()
             with self._guard:
@@ -107,9 +109,12 @@ class Slurm(Elsewhere):
                     self._waiting = _Gathered()
             for alike in _grouped(trips):
                 self._submit(alike)
-            if now - looked >= _LOOK_S and self._sent:
-                self._look()
+            if now - looked >= _LOOK_S:
+                self._take_answers()
                 looked = time.monotonic()
+            if now - asked >= _ASK_S and self._sent:
+                self._ask()
+                asked = time.monotonic()
 
     def _submit(self, trips: list[Trip]) -> None:
         """Submit jobs of one stage that may use the same, as one array."""
@@ -134,14 +139,18 @@ class Slurm(Elsewhere):
             for trip in trips:
                 self.broken(trip, error)
             return
+        self._answered = time.monotonic()
         self._sent |= {trip: _Sent(job) for trip, job in zip(trips, jobs, strict=True)}
 
-    def _look(self) -> None:
-        """Settle the trips whose jobs have ended."""
+    def _take_answers(self) -> None:
+        """Settle the trips whose jobs have left an answer."""
         answers = {trip: sent for trip, sent in self._sent.items() if sent.job.paths.result_pickle.exists()}
         for trip, sent in answers.items():
             del self._sent[trip]
             self._take(trip, sent)
+
+    def _ask(self) -> None:
+        """Settle the trips of whose jobs SLURM says that they have ended without an answer."""
         states = _states(self._sent[trip].job.job_id for trip in self._sent)
         wait_s, now = self.site.options.wait_s, time.monotonic()
         if states is None:
@@ -157,21 +166,24 @@ class Slurm(Elsewhere):
                 sent.ended = 0.0
             elif not sent.ended:
                 sent.ended = now
-            elif now - sent.ended > (_ANSWER_S if state in ("COMPLETED", "GONE") else 2 * _LOOK_S):
+            elif now - sent.ended > (_ANSWER_S if state in ("COMPLETED", "GONE") else 0.0):
                 del self._sent[trip]
                 self._lost(trip, sent, state, why)
 
     def _take(self, trip: Trip, sent: _Sent) -> None:
         """Settle a trip by what its job has left."""
+        # Not by submitit's result(): it asks SLURM's accounting first, which many clusters do not keep.
         try:
-            answer = sent.job.result()
+            succeeded, value = pickle.loads(sent.job.paths.result_pickle.read_bytes())
         except Exception as error:
-            self.broken(trip, RuntimeError(str(error).strip().splitlines()[-1] if str(error).strip() else "no words"))
+            self.broken(trip, error)
             return
-        if answer is OUT_OF_TIME:
+        if succeeded != "success":
+            self.missing(trip, f"its job failed: {(value.strip().splitlines() or ['no words'])[-1][-200:]}")
+        elif value == OUT_OF_TIME:
             self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
         else:
-            self.arrived(trip, answer)
+            self.arrived(trip, value)
 
     def _lost(self, trip: Trip, sent: _Sent, state: str, why: str) -> None:
         if state == "TIMEOUT":

@@ -32,6 +32,8 @@ JobAcctGatherType=jobacct_gather/none
 MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
+# More jobs at a time than there are cores: tests hold some of them.
+SlurmdParameters=config_overrides
 SchedulerParameters=sched_interval=1,batch_sched_delay=0
 KillWait=5
 OverTimeLimit=0
@@ -68,10 +70,11 @@ def slurm(folder, *, cores=2):
     try:
         started.append(_munged(folder))
         for daemon in ("slurmctld", "slurmd"):
-            log = (folder / f"{daemon}.out").open("w")
-            started.append(
-                subprocess.Popen([_program(daemon), "-D"], env=environment, stdout=log, stderr=log, start_new_session=True)
-            )
+            with (folder / f"{daemon}.out").open("w") as log:
+                command = [_program(daemon), "-D"]
+                started.append(
+                    subprocess.Popen(command, env=environment, stdout=log, stderr=log, start_new_session=True)
+                )
         _wait_until_idle(environment)
         yield environment
     finally:
@@ -105,7 +108,8 @@ def _munged(folder):
     )
     deadline = time.monotonic() + 20
     while not (folder / "munge.socket").exists():
-        assert process.poll() is None and time.monotonic() < deadline, "munged did not start"
+        assert process.poll() is None, "munged ended at once"
+        assert time.monotonic() < deadline, "munged did not start"
         time.sleep(0.05)
     return process
 
