@@ -25,12 +25,14 @@ _GATHER_S = 0.5
 _LOOK_S, _ASK_S = 0.5, 5.0
 # What SLURM allows of a site's jobs at a time where nobody says less; the array's limit, not the cluster's.
 _AT_ONCE = 1000
-# So long before the end of its time a job is told, so that it can remove what is half-written.
-_WARNED_S = 30
+# So long before the end of its time a job is told, so that it can remove what is half-written; SLURM may do it a minute
+# earlier, and the job has its own minutes besides.
+_WARNED_S, _WARNED_MIN = 30, 2
 # An answer may become visible that long after SLURM has taken the job for ended.
 _ANSWER_S = 30.0
 _LIVES = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED",
           "RESIZING", "SIGNALING", "SPECIAL_EXIT", "STAGE_OUT", "STOPPED", "RESV_DEL_HOLD"}  # fmt: skip
+_KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)
 _LOST = {"NODE_FAIL": "its node failed", "BOOT_FAIL": "its node did not start", "REVOKED": "its job was taken back"}
 
 
@@ -103,18 +105,26 @@ class Slurm(Elsewhere):
         looked = asked = 0.0
         while not self._ended.wait(0.1):
             now = time.monotonic()
-            with self._guard:
-                trips = self._waiting.trips if now - self._waiting.since >= _GATHER_S else []
-                if trips:
-                    self._waiting = _Gathered()
-            for alike in _grouped(trips):
-                self._submit(alike)
-            if now - looked >= _LOOK_S:
-                self._take_answers()
-                looked = time.monotonic()
-            if now - asked >= _ASK_S and self._sent:
-                self._ask()
-                asked = time.monotonic()
+            try:
+                self._submit_gathered(now)
+                if now - looked >= _LOOK_S:
+                    self._take_answers()
+                    looked = now
+                if now - asked >= _ASK_S and self._sent:
+                    self._ask()
+                    asked = time.monotonic()
+            except Exception as error:
+                # Nobody else looks after the jobs: a run that waits for ever would say less.
+                for trip in list(self.under_way):
+                    self.broken(trip, error)
+
+    def _submit_gathered(self, now: float) -> None:
+        with self._guard:
+            trips = self._waiting.trips if now - self._waiting.since >= _GATHER_S else []
+            if trips:
+                self._waiting = _Gathered()
+        for alike in _grouped(trips):
+            self._submit(alike)
 
     def _submit(self, trips: list[Trip]) -> None:
         """Submit jobs of one stage that may use the same, as one array."""
@@ -123,7 +133,7 @@ class Slurm(Elsewhere):
             engine = self._submitit.SlurmExecutor(self.folder / "slurm")
             engine.update_parameters(
                 job_name=f"hrcneuro-{task.name}",
-                time=what.minutes,
+                time=what.minutes + _WARNED_MIN,
                 mem=f"{what.memory_gb:g}GB",
                 cpus_per_task=1,
                 ntasks_per_node=1,
@@ -161,14 +171,14 @@ class Slurm(Elsewhere):
             return
         self._answered = now
         for trip, sent in list(self._sent.items()):
-            state, why = states.get(sent.job.job_id, ("GONE", ""))
+            state, code = states.get(sent.job.job_id, ("GONE", 0))
             if state in _LIVES:
                 sent.ended = 0.0
             elif not sent.ended:
                 sent.ended = now
             elif now - sent.ended > (_ANSWER_S if state in ("COMPLETED", "GONE") else 0.0):
                 del self._sent[trip]
-                self._lost(trip, sent, state, why)
+                self._lost(trip, sent, state, code)
 
     def _take(self, trip: Trip, sent: _Sent) -> None:
         """Settle a trip by what its job has left."""
@@ -185,11 +195,14 @@ class Slurm(Elsewhere):
         else:
             self.arrived(trip, value)
 
-    def _lost(self, trip: Trip, sent: _Sent, state: str, why: str) -> None:
+    def _lost(self, trip: Trip, sent: _Sent, state: str, code: int) -> None:
         if state == "TIMEOUT":
             self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
-        elif state == "OUT_OF_MEMORY" or why.startswith("RaisedSignal:9"):
+        elif state == "OUT_OF_MEMORY":
             self.lost(trip, f"its {trip.resources.memory_gb:g} GB of memory ran out", ran_out_of="memory")
+        elif code in _KILLED:
+            # The kernel's own word where memory is gone, and no proof of it.
+            self.lost(trip, "it was killed, as where memory runs out", ran_out_of="memory")
         elif state == "PREEMPTED":
             self.lost(trip, "it was preempted", preempted=True)
         elif state in _LOST:
@@ -201,7 +214,7 @@ class Slurm(Elsewhere):
             self.missing(trip, "its job was cancelled")
         else:
             said = _last_line(sent.job.paths.stderr)
-            self.missing(trip, f"its job ended as {state}{f' ({why})' if why else ''}{f': {said}' if said else ''}")
+            self.missing(trip, f"its job ended as {state}, exit code {code}{f': {said}' if said else ''}")
 
 
 OUT_OF_TIME = "out of time"
@@ -238,20 +251,27 @@ def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
     return list(alike.values())
 
 
-def _states(ids: Iterable[str]) -> dict[str, tuple[str, str]] | None:
-    """Return each job's state and its reason, of those that SLURM still knows; None where it does not answer.
+def _states(ids: Iterable[str]) -> dict[str, tuple[str, int]] | None:
+    """Return each job's state and exit code, of those that SLURM still knows; None where it does not answer.
 
     Asked of the queue, not of the accounting: many clusters, and all small ones, keep no accounts.
     """
-    arrays = sorted({one.partition("_")[0] for one in ids})
-    found: dict[str, tuple[str, str]] = {}
-    for array in arrays:
-        code, said = _asked(["squeue", "--noheader", "--array", "--states=all", "--format=%i|%T|%r", f"--jobs={array}"])
+    found: dict[str, tuple[str, int]] = {}
+    for array in sorted({one.partition("_")[0] for one in ids}):
+        columns = "JobArrayID:40,State:20,exit_code:20"
+        code, said = _asked(
+            ["squeue", "--noheader", "--array", "--states=all", f"--jobs={array}", f"--Format={columns}"]
+        )
         if code and "Invalid job id" not in said:
             return None
-        rows = [line.split("|") for line in said.splitlines() if line.count("|") == 2]
-        found |= {name.strip(): (state.partition(" ")[0], why) for name, state, why in rows}
+        rows = [line.split() for line in said.splitlines()]
+        # As the system's wait tells it: the exit code's place is above that of a signal.
+        found |= {row[0]: (row[1], int(row[2]) >> 8 or -int(row[2])) for row in rows if _is_row(row)}
     return found
+
+
+def _is_row(row: list[str]) -> bool:
+    return len(row) == 3 and row[0].partition("_")[0].isdigit() and row[2].isdigit()
 
 
 def _asked(command: list[str]) -> tuple[int, str]:
