@@ -10,6 +10,7 @@ import contextlib
 import functools
 import os
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from hrcneuro.pipeline.item import State
 RUNS = ".runs"
 """Folder of the cache with one for each run that has workers elsewhere."""
 MARK = "mark"
+_KEPT_S = 30 * 86400.0
 # A worker of dask may have several threads; warnings, standard output and BLAS's threads are the whole process's.
 _one_at_a_time = threading.Lock()
 
@@ -83,6 +85,7 @@ def work(ticket: Ticket) -> Answer:
 def run_folder(root: Path, run: str) -> Iterator[Path]:
     """Yield the folder of a run in the cache at ``root``: what workers elsewhere look for; it is gone afterwards."""
     folder = root / RUNS / run
+    _drop_old(root)
     with guarded(root):
         make_folder(folder, root)
         (folder / MARK).write_text(run, encoding="utf-8")
@@ -92,6 +95,14 @@ def run_folder(root: Path, run: str) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             remove(folder)
+
+
+def _drop_old(root: Path) -> None:
+    """Remove the folders that killed runs have left; jobs of a younger one may still be under way."""
+    for folder in (root / RUNS).glob("*"):
+        with contextlib.suppress(OSError):
+            if time.time() - folder.stat().st_mtime > _KEPT_S:
+                remove(folder)
 
 
 def _see_the_run(ticket: Ticket) -> None:

@@ -1,8 +1,10 @@
 """What a worker on another machine does: it computes only where it stands as the run does."""
 
 import dataclasses
+import os
 import pickle
 import re
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -90,3 +92,13 @@ def test_a_run_s_folder_is_gone_after_it(job):
         assert [path.name for path in folder.iterdir()] == [worker.MARK]
     assert not folder.exists()
     assert Store(job.root).entries() == []
+
+
+def test_what_a_killed_run_has_left_is_kept_while_its_jobs_may_run_and_then_removed(job):
+    runs = job.root / worker.RUNS
+    for name, days in (("old", 31), ("young", 3)):
+        (runs / name).mkdir(parents=True)
+        when = time.time() - days * 86400
+        os.utime(runs / name, (when, when))
+    with run_folder(job.root, "cc"):
+        assert sorted(path.name for path in runs.iterdir()) == ["cc", "young"]
