@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import shutil
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError
+from hrcneuro.pipeline import slurm_queue
 from hrcneuro.pipeline.elsewhere import Elsewhere, Site, Trip
 from hrcneuro.pipeline.item import State
 from hrcneuro.pipeline.worker import Answer, Ticket, work
@@ -30,10 +30,6 @@ _AT_ONCE = 1000
 _WARNED_S, _WARNED_MIN = 30, 2
 # An answer may become visible that long after SLURM has taken the job for ended.
 _ANSWER_S = 30.0
-_LIVES = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED",
-          "RESIZING", "SIGNALING", "SPECIAL_EXIT", "STAGE_OUT", "STOPPED", "RESV_DEL_HOLD"}  # fmt: skip
-_KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)
-_LOST = {"NODE_FAIL": "its node failed", "BOOT_FAIL": "its node did not start", "REVOKED": "its job was taken back"}
 
 
 @dataclass
@@ -82,7 +78,7 @@ class Slurm(Elsewhere):
         Raises:
             ConfigError: It does not answer.
         """
-        code, said = _asked(["sinfo", "--noheader", "--format=%P"])
+        code, said = slurm_queue.asked(["sinfo", "--noheader", "--format=%P"])
         if code:
             raise ConfigError(f"SLURM does not answer: {said}", cure="see whether 'sinfo' works on this machine")
         self._thread.start()
@@ -99,7 +95,7 @@ class Slurm(Elsewhere):
         self._thread.join(30.0)
         ids = [sent.job.job_id for sent in self._sent.values()]
         if interrupted and ids:
-            _asked(["scancel", *ids])
+            slurm_queue.asked(["scancel", *ids])
 
     def _look_after(self) -> None:
         looked = asked = 0.0
@@ -161,7 +157,7 @@ class Slurm(Elsewhere):
 
     def _ask(self) -> None:
         """Settle the trips of whose jobs SLURM says that they have ended without an answer."""
-        states = _states(self._sent[trip].job.job_id for trip in self._sent)
+        states = slurm_queue.states(self._sent[trip].job.job_id for trip in self._sent)
         wait_s, now = self.site.options.wait_s, time.monotonic()
         if states is None:
             if now - self._answered > wait_s:
@@ -172,7 +168,7 @@ class Slurm(Elsewhere):
         self._answered = now
         for trip, sent in list(self._sent.items()):
             state, code = states.get(sent.job.job_id, ("GONE", 0))
-            if state in _LIVES:
+            if state in slurm_queue.LIVES:
                 sent.ended = 0.0
             elif not sent.ended:
                 sent.ended = now
@@ -191,30 +187,18 @@ class Slurm(Elsewhere):
         if succeeded != "success":
             self.missing(trip, f"its job failed: {(value.strip().splitlines() or ['no words'])[-1][-200:]}")
         elif value == OUT_OF_TIME:
-            self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
+            late = slurm_queue.late(trip.resources)
+            self.lost(trip, late.reason, ran_out_of=late.ran_out_of)
         else:
             self.arrived(trip, value)
 
     def _lost(self, trip: Trip, sent: _Sent, state: str, code: int) -> None:
-        if state == "TIMEOUT":
-            self.lost(trip, f"its {trip.resources.minutes} min ran out", ran_out_of="time")
-        elif state == "OUT_OF_MEMORY":
-            self.lost(trip, f"its {trip.resources.memory_gb:g} GB of memory ran out", ran_out_of="memory")
-        elif code in _KILLED:
-            # The kernel's own word where memory is gone, and no proof of it.
-            self.lost(trip, "it was killed, as where memory runs out", ran_out_of="memory")
-        elif state == "PREEMPTED":
-            self.lost(trip, "it was preempted", preempted=True)
-        elif state in _LOST:
-            self.lost(trip, _LOST[state])
-        elif state in ("GONE", "COMPLETED"):
-            self.lost(trip, "its job ended and left no answer")
-        elif state == "CANCELLED":
-            # Whoever did that does not want to see it again at once.
-            self.missing(trip, "its job was cancelled")
+        judged = slurm_queue.verdict(state, code, trip.resources)
+        if judged.again:
+            self.lost(trip, judged.reason, ran_out_of=judged.ran_out_of, preempted=judged.preempted)
         else:
-            said = _last_line(sent.job.paths.stderr)
-            self.missing(trip, f"its job ended as {state}, exit code {code}{f': {said}' if said else ''}")
+            said = _last_line(sent.job.paths.stderr) if state == "FAILED" else ""
+            self.missing(trip, f"{judged.reason}{f': {said}' if said else ''}")
 
 
 OUT_OF_TIME = "out of time"
@@ -249,38 +233,6 @@ def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
     for trip in trips:
         alike.setdefault((trip.job.task.name, trip.resources), []).append(trip)
     return list(alike.values())
-
-
-def _states(ids: Iterable[str]) -> dict[str, tuple[str, int]] | None:
-    """Return each job's state and exit code, of those that SLURM still knows; None where it does not answer.
-
-    Asked of the queue, not of the accounting: many clusters, and all small ones, keep no accounts.
-    """
-    found: dict[str, tuple[str, int]] = {}
-    for array in sorted({one.partition("_")[0] for one in ids}):
-        columns = "JobArrayID:40,State:20,exit_code:20"
-        code, said = _asked(
-            ["squeue", "--noheader", "--array", "--states=all", f"--jobs={array}", f"--Format={columns}"]
-        )
-        if code and "Invalid job id" not in said:
-            return None
-        rows = [line.split() for line in said.splitlines()]
-        # As the system's wait tells it: the exit code's place is above that of a signal.
-        found |= {row[0]: (row[1], int(row[2]) >> 8 or -int(row[2])) for row in rows if _is_row(row)}
-    return found
-
-
-def _is_row(row: list[str]) -> bool:
-    return len(row) == 3 and row[0].partition("_")[0].isdigit() and row[2].isdigit()
-
-
-def _asked(command: list[str]) -> tuple[int, str]:
-    """Return exit code and words of one of SLURM's commands."""
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
-    except (OSError, subprocess.SubprocessError) as error:
-        return 1, str(error)
-    return done.returncode, (done.stdout + done.stderr).strip()
 
 
 def _last_line(path: Path) -> str:

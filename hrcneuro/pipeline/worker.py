@@ -11,7 +11,7 @@ import functools
 import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -147,9 +147,10 @@ def _be_alike(job: jobs.Job) -> None:
     Raises:
         ConfigError: They differ, or have changed since this process loaded them.
     """
-    if _stamps() != _first_stamps():
+    if changed := _changed(job.parts["code"]):
         raise ConfigError(
-            "the program's code has changed since a worker began; it would compute with what it has loaded before",
+            f"the program's code has changed since a worker began ({', '.join(changed)}); it would compute with what "
+            "it has loaded before",
             cure="start the workers anew",
         )
     memo = fingerprint.Memo(job.root / ".memo.json")
@@ -161,21 +162,31 @@ def _be_alike(job: jobs.Job) -> None:
         )
 
 
+def _changed(modules: Iterable[str]) -> list[str]:
+    """Return the modules whose files are others than when this process did its first job."""
+    first, now = _first_stamps(), _stamps()
+    places = {name: keys.PACKAGE.parent.joinpath(*name.split(".")) for name in modules}
+    files = {name: (f"{place}.py", str(place / "__init__.py")) for name, place in places.items()}
+    return [
+        name for name, both in files.items() if any(path in first and now.get(path) != first[path] for path in both)
+    ]
+
+
 @functools.cache
-def _first_stamps() -> tuple[tuple[str, int, int], ...]:
+def _first_stamps() -> dict[str, tuple[int, int]]:
     return _stamps()
 
 
-def _stamps() -> tuple[tuple[str, int, int], ...]:
-    """Return name, size and time of every file of the package's code."""
-    found = []
+def _stamps() -> dict[str, tuple[int, int]]:
+    """Return size and time of every file of the package's code."""
+    found = {}
     for folder, _, names in os.walk(keys.PACKAGE):
-        for name in names:
-            if name.endswith(".py"):
-                path = os.path.join(folder, name)
+        for name in (one for one in names if one.endswith(".py")):
+            path = os.path.join(folder, name)
+            with contextlib.suppress(OSError):
                 stat = os.stat(path)
-                found.append((path, stat.st_size, stat.st_mtime_ns))
-    return tuple(sorted(found))
+                found[path] = (stat.st_size, stat.st_mtime_ns)
+    return found
 
 
 def _name(job: jobs.Job) -> str:

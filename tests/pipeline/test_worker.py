@@ -13,6 +13,7 @@ from one_job import one_job
 from hrcneuro.cache.store import Store
 from hrcneuro.pipeline import worker
 from hrcneuro.pipeline.item import State
+from hrcneuro.pipeline.keys import PACKAGE
 from hrcneuro.pipeline.worker import Ticket, run_folder, work
 
 
@@ -65,9 +66,12 @@ def test_another_installation_than_the_key_s_is_named_and_computes_nothing(job, 
 
 
 def test_a_worker_that_has_loaded_older_code_computes_nothing(job, run, monkeypatch):
-    monkeypatch.setattr(worker, "_first_stamps", lambda: ())
+    first = dict(worker._stamps())
+    monkeypatch.setattr(worker, "_first_stamps", lambda: first)
+    first[str(PACKAGE / "cli" / "app.py")] = (1, 1)
+    first[str(PACKAGE / "eeg" / "synthetic" / "__init__.py")] = (1, 1)
     answer = work(Ticket(job, run.name))
-    assert "has changed since a worker began" in answer.error.problem
+    assert "has changed since a worker began (hrcneuro.eeg.synthetic); it would" in answer.error.problem
     assert answer.error.cure == "start the workers anew"
     assert record(job) is None
 

@@ -57,6 +57,11 @@ def test_two_workers_make_the_same_bytes_under_the_same_keys_as_one_process(hrcn
     assert set(there.states.values()) == {"ran"}
     assert artifacts(tiny / "here") == artifacts(tiny / "there") != {}
     assert list((tiny / "there" / "cache" / ".runs").iterdir()) == []
+    # Neither records nor the log say where the scheduler is.
+    told = [*(tiny / "there").glob("cache/*/*/*/record.json"), *(tiny / "there").glob("results/log/*")]
+    assert len(told) == 8
+    assert [path for path in told if lab.address.rpartition("/")[2] in path.read_text()] == []
+    assert all("cluster.scheduler=tcp://" in path.read_text() for path in told)
 
 
 def test_a_worker_killed_in_mid_stage_costs_its_job_alone_which_another_does(hrcneuro, lab, tiny, begin):
