@@ -23,8 +23,10 @@ from hrcneuro.pipeline.worker import Answer, Ticket, work
 _GATHER_S = 0.5
 # Answers are files, and cheap to look for; the queue is a question to a server that all users share.
 _LOOK_S, _ASK_S = 0.5, 5.0
-# What SLURM allows of a site's jobs at a time where nobody says less; the array's limit, not the cluster's.
-_AT_ONCE = 1000
+# SLURM takes no longer arrays where nobody has told it to (MaxArraySize).
+_LONGEST = 1000
+# So long after a refusal jobs are submitted once more, while others are under way: there may have been too many.
+_REFUSED_S = 15.0
 # So long before the end of its time a job is told, so that it can remove what is half-written; SLURM may do it a minute
 # earlier, and the job has its own minutes besides.
 _WARNED_S, _WARNED_MIN = 30, 2
@@ -133,7 +135,7 @@ class Slurm(Elsewhere):
                 mem=f"{what.memory_gb:g}GB",
                 cpus_per_task=1,
                 ntasks_per_node=1,
-                array_parallelism=self.site.workers or _AT_ONCE,
+                array_parallelism=self.site.workers or _LONGEST,
                 signal_delay_s=_WARNED_S,
                 **({"partition": options.partition} if options.partition else {}),
                 **({"account": options.account} if options.account else {}),
@@ -142,6 +144,11 @@ class Slurm(Elsewhere):
             with engine.batch():
                 jobs = [engine.submit(in_a_job, self.ticket(trip, counted=False)) for trip in trips]
         except Exception as error:
+            if self._sent:
+                with self._guard:
+                    self._waiting.trips += trips
+                    self._waiting.since = time.monotonic() + _REFUSED_S
+                return
             for trip in trips:
                 self.broken(trip, error)
             return
@@ -232,7 +239,7 @@ def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
     alike: dict[Any, list[Trip]] = {}
     for trip in trips:
         alike.setdefault((trip.job.task.name, trip.resources), []).append(trip)
-    return list(alike.values())
+    return [trips[n : n + _LONGEST] for trips in alike.values() for n in range(0, len(trips), _LONGEST)]
 
 
 def _last_line(path: Path) -> str:

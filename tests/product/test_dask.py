@@ -2,11 +2,12 @@
 
 import json
 import os
+import shutil
 import signal
 
 import pytest
 from dask_lab import dask_lab
-from tiny_study import alive, artifacts, half_written, kill_group, wait_for
+from tiny_study import ROOT, alive, artifacts, half_written, kill_group, wait_for
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
 RUN = ("run", "pipeline.toml", "--no-figures", "--json")
@@ -110,6 +111,31 @@ def test_a_job_that_kills_every_worker_is_given_up_after_its_tries(lab, tiny, be
     _, err = process.communicate(timeout=120)
     assert process.returncode == 1
     assert f"acquire of {unit.name} is missing: its worker was lost, 2 times" in err
+
+
+def test_after_a_killed_run_the_next_one_completes(hrcneuro, lab, tiny, begin):
+    process = begin(*at(lab))
+    victim(tiny)
+    process.kill()
+    process.wait()
+    again = hrcneuro(*RUN, "--executor", "dask", "--workdir", "study", *at(lab), cwd=tiny)
+    assert again.code == 0, again.err
+    assert set(again.states.values()) <= {"hit", "ran"}
+    assert half_written(tiny / "study") == []
+
+
+def test_a_worker_with_other_code_is_named_and_computes_nothing(hrcneuro, lab, tiny, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT / "hrcneuro", copy / "hrcneuro", ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / "hrcneuro" / "stages" / "acquire.py").open("a") as file:
+        file.write("\nOTHER = 1\n")
+    for worker in lab.workers:
+        worker.kill()
+    lab.add_worker(PYTHONPATH=str(copy))
+    done = hrcneuro("acquire", "s01", "--config", "tiny.toml", "--executor", "dask", *at(lab), cwd=tiny)
+    assert done.code == 2
+    assert "a worker's installation differs from that of the run: code: hrcneuro.stages.acquire\n" in done.err
+    assert list(tiny.glob("cache/acquire/*/*/record.json")) == []
 
 
 def test_an_interrupt_leaves_neither_workers_nor_anything_half_written(tiny, begin):
