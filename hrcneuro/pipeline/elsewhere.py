@@ -136,14 +136,14 @@ class Elsewhere(ABC):
         # Where the engine sent it again by itself.
         trip.lost += ["its worker was lost"] * (lost - len(trip.lost))
         if answer.given_up:
-            self._fail(trip, _missing(trip))
+            self.fail(trip, _missing(trip))
         elif answer.error is not None:
             self._settle(trip, Outcome(State.FAILED, None, answer.seconds, answer.error, answer.trace))
         else:
             try:
                 record = _record(trip.job)
             except HrcError as error:
-                self._fail(trip, error)
+                self.fail(trip, error)
             else:
                 self._settle(trip, Outcome(answer.state, record, answer.seconds))
 
@@ -161,7 +161,7 @@ class Elsewhere(ABC):
         if self._closed:
             return
         if trip.tries > trip.resources.retries:
-            self._fail(trip, _missing(trip))
+            self.fail(trip, _missing(trip))
             return
         trip.resources = trip.resources.doubled(ran_out_of)
         self.send(trip)
@@ -169,18 +169,19 @@ class Elsewhere(ABC):
     def missing(self, trip: Trip, reason: str) -> None:
         """Settle a trip that brought no answer and is not sent again."""
         trip.lost.append(reason)
-        self._fail(trip, _missing(trip))
+        self.fail(trip, _missing(trip))
 
     def broken(self, trip: Trip, error: BaseException) -> None:
         """Settle a trip whose job the engine could not even begin."""
         if isinstance(error, ModuleNotFoundError):
             cure = "give the workers the same environment: pip install --constraint constraints.txt ."
-            self._fail(trip, StageError(f"a worker has no module {error.name}", cure=cure))
+            self.fail(trip, StageError(f"a worker has no module {error.name}", cure=cure))
             return
         problem = f"{trip.job.task} came to no result on a worker: {type(error).__name__}: {error}"
-        self._fail(trip, StageError(problem, cure="look into the worker's log; --executor processes does without it"))
+        self.fail(trip, StageError(problem, cure="look into the worker's log; --executor processes does without it"))
 
-    def _fail(self, trip: Trip, error: HrcError) -> None:
+    def fail(self, trip: Trip, error: HrcError) -> None:
+        """Settle a trip with an error that a person can act on."""
         self._settle(trip, Outcome(State.FAILED, error=error))
 
     def _settle(self, trip: Trip, outcome: Outcome) -> None:

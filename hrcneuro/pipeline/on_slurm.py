@@ -149,8 +149,9 @@ class Slurm(Elsewhere):
                     self._waiting.trips += trips
                     self._waiting.since = time.monotonic() + _REFUSED_S
                 return
+            said = "; ".join(line.removeprefix("sbatch: ").removeprefix("error: ") for line in str(error).splitlines())
             for trip in trips:
-                self.broken(trip, error)
+                self.fail(trip, _refused(trip, said))
             return
         self._answered = time.monotonic()
         self._sent |= {trip: _Sent(job) for trip, job in zip(trips, jobs, strict=True)}
@@ -233,6 +234,14 @@ def in_a_job(ticket: Ticket) -> Answer | str:
         raise
     # Some places make another exception of an exit, such as those that import.
     return OUT_OF_TIME if told.is_set() and answer.state is State.FAILED else answer
+
+
+def _refused(trip: Trip, said: str) -> ConfigError:
+    asked = f"{trip.resources.memory_gb:g} GB and {trip.resources.minutes + _WARNED_MIN} min"
+    return ConfigError(
+        f"SLURM takes no job of {trip.job.task.name} with {asked}: {said}",
+        cure="see memory_gb, minutes, partition, account and sbatch in [cluster]; 'sinfo' shows what the cluster has",
+    )
 
 
 def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:

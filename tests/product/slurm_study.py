@@ -37,6 +37,7 @@ def main(pipeline="pipelines/smoke.toml"):
         environment["PYTHONPATH"] = str(ROOT)
         same_bytes(base, pipeline, environment)
         lost_jobs(base, environment)
+        refused(base / "tiny", environment)
     shutil.rmtree(base)
 
 
@@ -97,6 +98,15 @@ def lost_jobs(base, environment):
         if "lost" in item:
             print(f"{name}: {'; '.join(item['lost'])}: {item['state']}")
     print(f"the next run did {', '.join(sorted(missing))} and nothing else; all bytes are those of one process")
+
+
+def refused(folder, environment):
+    """More memory than the cluster has."""
+    tiny = ("pipeline.toml", "--no-figures", "--workdir", "refused", "--executor", "slurm")
+    done = run(environment, *tiny, "--set", "cluster.memory_gb=99999", cwd=folder)
+    assert done.returncode == 2, done.stderr
+    assert "SLURM takes no job of acquire with 99999 GB and 62 min: " in done.stderr
+    print("what SLURM refuses is an error with SLURM's own words")
 
 
 def hold(study, unit):
