@@ -4,8 +4,10 @@ Without accounting, as small clusters are. It ends with whoever started it.
 """
 
 import contextlib
+import ctypes
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import time
@@ -43,6 +45,13 @@ PartitionName=lab Nodes={host} Default=YES MaxTime=INFINITE State=UP
 """
 
 
+def _end_with_parent():
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+_BOUND = {"start_new_session": True, "preexec_fn": _end_with_parent}
+
+
 def why_not():
     """Return why no cluster can be started here; empty where one can."""
     missing = [name for name in PROGRAMS if not _program(name)]
@@ -72,9 +81,7 @@ def slurm(folder, *, cores=2):
         for daemon in ("slurmctld", "slurmd"):
             with (folder / f"{daemon}.out").open("w") as log:
                 command = [_program(daemon), "-D"]
-                started.append(
-                    subprocess.Popen(command, env=environment, stdout=log, stderr=log, start_new_session=True)
-                )
+                started.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log, **_BOUND))
         _wait_until_idle(environment)
         yield environment
     finally:
@@ -104,7 +111,7 @@ def _munged(folder):
         [_program("munged"), "--foreground", "--force", *(f"--{name}={value}" for name, value in options.items())],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,
+        **_BOUND,
     )
     deadline = time.monotonic() + 20
     while not (folder / "munge.socket").exists():
