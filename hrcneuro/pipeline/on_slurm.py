@@ -205,7 +205,7 @@ class Slurm(Elsewhere):
         if judged.again:
             self.lost(trip, judged.reason, ran_out_of=judged.ran_out_of, preempted=judged.preempted)
         else:
-            said = _last_line(sent.job.paths.stderr) if state == "FAILED" else ""
+            said = last_words(sent.job.paths.stderr) if state == "FAILED" else ""
             self.missing(trip, f"{judged.reason}{f': {said}' if said else ''}")
 
 
@@ -251,9 +251,12 @@ def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
     return [trips[n : n + _LONGEST] for trips in alike.values() for n in range(0, len(trips), _LONGEST)]
 
 
-def _last_line(path: Path) -> str:
+def last_words(path: Path) -> str:
+    """Return the last line that a job wrote on standard error before SLURM did; empty where there is none."""
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
     except OSError:
         return ""
-    return lines[-1][-200:] if lines else ""
+    # SLURM only says behind it that the job has failed.
+    own = [line for line in lines if not line.startswith(("srun: ", "slurmstepd: "))]
+    return (own or lines or [""])[-1][-200:]

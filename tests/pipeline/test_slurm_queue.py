@@ -3,6 +3,7 @@
 import pytest
 
 from hrcneuro.pipeline.resources import Resources
+from hrcneuro.pipeline import on_slurm
 from hrcneuro.pipeline.slurm_queue import Verdict, read_queue, verdict
 
 ALLOWED = Resources(1.5, 10, 2)
@@ -41,3 +42,14 @@ def test_the_queue_is_read_with_the_exit_codes_that_it_hides_in_a_wait_status():
         "15_3": ("FAILED", 137),
         "16": ("PENDING", 0),
     }
+
+
+def test_of_a_job_that_failed_its_own_last_words_are_told_and_not_slurm_s(tmp_path):
+    log = tmp_path / "log.err"
+    log.write_text(
+        "Traceback\nModuleNotFoundError: No module named 'mne'\nsrun: error: task 0: Exited with exit code 1\n"
+    )
+    assert on_slurm.last_words(log) == "ModuleNotFoundError: No module named 'mne'"
+    log.write_text("slurmstepd: error: *** STEP CANCELLED ***\n")
+    assert on_slurm.last_words(log) == "slurmstepd: error: *** STEP CANCELLED ***"
+    assert on_slurm.last_words(tmp_path / "none") == ""
