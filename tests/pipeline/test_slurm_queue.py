@@ -2,8 +2,8 @@
 
 import pytest
 
-from hrcneuro.pipeline.resources import Resources
 from hrcneuro.pipeline import on_slurm
+from hrcneuro.pipeline.resources import Resources
 from hrcneuro.pipeline.slurm_queue import Verdict, read_queue, verdict
 
 ALLOWED = Resources(1.5, 10, 2)
