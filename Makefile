@@ -29,6 +29,7 @@ chaos: $(VENV)/ready          ## kill -9 at many instants of a run and of an exp
 	$(BIN)/python tests/product/experiment_kills.py $(or $(KILLS),20)
 	$(BIN)/python tests/product/experiment_subjects.py
 	$(BIN)/python tests/product/loop_kills.py $(or $(LOOP_KILLS),10)
+	$(BIN)/python tests/product/slurm_study.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
 from hrcneuro.cli import results
@@ -25,6 +25,9 @@ from hrcneuro.pipeline.keys import check_places
 from hrcneuro.pipeline.provenance import command_line, provenance
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
+
+if TYPE_CHECKING:
+    from hrcneuro.pipeline.elsewhere import Site
 
 
 def console(options: Options) -> Console:
@@ -143,7 +146,8 @@ def whole(options: Options, settings: Settings) -> walk.Run:
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
     workers = options.jobs or executors.cores()
-    executor = executors.create(options.executor, workers)
+    note = None if options.quiet else partial(talk.say, style="yellow")
+    executor = executors.create(options.executor, workers, lambda: _site(options, study, note))
 
     def tell(item: Item) -> None:
         talk.report(item)
@@ -151,9 +155,8 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
 
     places = [(task.name, task.unit) for task in study.nodes]
     known = forecast.recorded(study.workdir, places) if talk.shows_progress else {}
-    workers = workers if isinstance(executor, executors.Processes) else 1
+    workers = 1 if isinstance(executor, executors.Serial) else workers
     progress = Progress(len(places), forecast.Forecast(places, known, workers=workers), workers=workers)
-    note = None if options.quiet else partial(talk.say, style="yellow")
     answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
     try:
         with talk.progress(progress), answered(answer), executor, interrupts.whole():
@@ -162,6 +165,23 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
         # The workers are gone by now, perhaps not all of them in peace.
         study.workdir.cache.sweep()
         raise
+
+
+def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
+    """Return what an executor for other machines needs to know of a study."""
+    from hrcneuro.pipeline.elsewhere import Site
+    from hrcneuro.pipeline.resources import measured, resources
+
+    cluster = study.settings.live["cluster"]
+    known = measured(study.workdir, study.nodes)
+    here = options.executor == "dask" and not cluster.scheduler
+    return Site(
+        root=study.workdir.cache.root,
+        options=cluster,
+        resources=lambda task: resources(task, cluster, known),
+        workers=options.jobs or (executors.cores() if here else 0),
+        tell=note or (lambda text: None),
+    )
 
 
 def _graph(options: Options, settings: Settings, wanted: Iterable[graph.Task], *, joint: bool) -> graph.Graph:

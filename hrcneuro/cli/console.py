@@ -134,6 +134,8 @@ class Console:
         if self.as_json:
             printed = document(command, items)
             print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
+        if not planned and (again := plan.sent_again(items)):
+            self.say(f"note: {again}", style="yellow")
         code = self.failures(item for item in items if item.state is State.FAILED)
         if also is not None:
             self.error(also)
@@ -200,6 +202,7 @@ def document(command: str, items: Iterable[Item]) -> dict[str, Any]:
             "seconds": item.seconds,
             "artifacts": item.artifacts,
             "summary": item.summary,
+            **({"lost": item.lost} if item.lost else {}),
             **({"error": _error(item.error)} if item.error else {}),
         }
         for item in items

@@ -58,6 +58,7 @@ class Item:
         artifacts: File name -> path.
         summary: What the stage says of its result in a few numbers.
         error, trace: What it failed of, and where.
+        lost: Why it had to be sent to a worker again, each time.
     """
 
     stage: str
@@ -72,6 +73,7 @@ class Item:
     summary: Mapping[str, Any] = field(default_factory=dict)
     error: HrcError | None = None
     trace: str = ""
+    lost: tuple[str, ...] = ()
 
     @property
     def word(self) -> Word:

@@ -52,6 +52,7 @@ class Outcome:
     seconds: float = 0.0
     error: HrcError | None = None
     trace: str = ""
+    lost: tuple[str, ...] = ()  # why it had to be sent to a worker again, each time
 
 
 def execute(job: Job) -> Outcome:

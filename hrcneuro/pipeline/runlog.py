@@ -1,7 +1,8 @@
 """The log of a run: ``results/log/<UTC time>-<command>.jsonl``, one JSON object a line, kept for the last fifty runs.
 
 The first line says what was asked (command line, digest of the configuration), then one line tells each change of an
-item, and the last how it ended. Neither user nor host is named: of an absolute path only its last part is written.
+item, and the last how it ended. Neither user nor host is named: of an absolute path only its last part is written,
+of an address its scheme.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.contract import params
 from hrcneuro.errors import HrcError
 from hrcneuro.pipeline.item import Item, State
+from hrcneuro.pipeline.provenance import without_addresses
 
 KEEP = 50
 _ABSOLUTE = re.compile(r"(?<![\w.~/])~?/(?:[^\s/'\"]+/)+")
@@ -41,16 +43,16 @@ class RunLog:
             return
         line = {"event": event, "at_s": round(time.perf_counter() - self._start, 3), **values}
         with contextlib.suppress(OSError):
-            self._file.write(_ABSOLUTE.sub("…/", json.dumps(line, ensure_ascii=False)) + "\n")
+            text = without_addresses(json.dumps(line, ensure_ascii=False))
+            self._file.write(_ABSOLUTE.sub("…/", text) + "\n")
             self._file.flush()
 
     def item(self, item: Item) -> None:
         """Log what became of an item."""
         error = {"error": {"problem": item.error.problem, "cure": item.error.cure}} if item.error else {}
         seconds = {"seconds": item.seconds} if item.state is State.RAN else {}
-        self.write(
-            "item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **seconds, **error
-        )
+        also = {**seconds, **error, **({"lost": item.lost} if item.lost else {})}
+        self.write("item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **also)
 
     def end(self, items: Iterable[Item], code: int) -> None:
         """Log how a run that came to its end ended."""

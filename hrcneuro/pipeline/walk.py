@@ -276,7 +276,7 @@ class Run:
     def _finish(self, node: Node, outcome: Outcome) -> None:
         item = node.item
         item.state, item.seconds = outcome.state, round(outcome.seconds, 3)
-        item.error, item.trace = outcome.error, outcome.trace
+        item.error, item.trace, item.lost = outcome.error, outcome.trace, outcome.lost
         if outcome.record is not None:
             try:
                 self._accept(node, outcome.record)

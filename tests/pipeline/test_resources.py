@@ -1,0 +1,56 @@
+"""What a job on another machine may use: what the configuration says, else what was recorded, with room above it."""
+
+import pytest
+from one_job import one_job
+
+from hrcneuro.config import settings as config
+from hrcneuro.config.cluster import ClusterOptions, StageResources
+from hrcneuro.errors import ConfigError
+from hrcneuro.pipeline.graph import Task
+from hrcneuro.pipeline.job import execute
+from hrcneuro.pipeline.resources import Measured, Resources, measured, resources
+
+ERP = Task.of("erp", "s01")
+
+
+def test_what_nobody_has_said_or_measured_is_generous():
+    assert resources(ERP, ClusterOptions(), {}) == Resources(2.0, 60, 2)
+
+
+@pytest.mark.parametrize(
+    ("last", "memory_gb", "minutes"),
+    [(Measured(100.0, 2.0), 1.0, 5), (Measured(1024.0, 600.0), 1.5, 30), (Measured(1500.0, 601.0), 2.5, 31)],
+)
+def test_what_was_measured_is_asked_for_with_room_above_it(last, memory_gb, minutes):
+    found = resources(ERP, ClusterOptions(), {"erp": last, "ersp": Measured(9e9, 9e9)})
+    assert (found.memory_gb, found.minutes) == (memory_gb, minutes)
+    assert found.memory_gb * 1024 >= min(1.0, last.peak_mb) * 1.5
+
+
+def test_a_stage_s_own_values_go_before_those_for_all_and_these_before_measurements():
+    options = ClusterOptions(memory_gb=3.0, minutes=7, retries=1, stages={"erp": StageResources(memory_gb=9.0)})
+    known = {"erp": Measured(500.0, 5.0)}
+    assert resources(ERP, options, known) == Resources(9.0, 7, 1)
+    assert resources(Task.of("ersp", "s01"), options, known) == Resources(3.0, 7, 1)
+    assert resources(Task.drawing("erp", "s01"), options, known).memory_gb == 9.0
+    never = ClusterOptions(stages={"erp": StageResources(retries=0)})
+    assert resources(ERP, never, {}).retries == 0
+
+
+def test_records_are_measured_and_what_never_ran_is_not(tmp_path):
+    job, workdir = one_job(tmp_path)
+    assert measured(workdir, [job.task]) == {}
+    workdir.point(execute(job).record)
+    found = measured(workdir, [job.task, Task.of("acquire", "s02")])["acquire"]
+    assert found.peak_mb > 50
+    assert 0 < found.seconds < 60
+
+
+def test_the_configuration_gives_a_stage_values_of_its_own_and_names_what_is_no_stage(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[cluster.stages.erp]\nminutes = 3\n")
+    found = config.load(path, ["cluster.stages.erp.retries=7", "cluster.sbatch.qos=low"]).live["cluster"]
+    assert found.stages == {"erp": StageResources(minutes=3, retries=7)}
+    assert found.sbatch == {"qos": "low"}
+    with pytest.raises(ConfigError, match=r"there is no stage 'epr' \(did you mean 'erp'\?\)"):
+        config.load(path, ["cluster.stages.epr.minutes=3"])
