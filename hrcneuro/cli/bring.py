@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import interrupts, stages
+from hrcneuro.cache.bucket import shown
 from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
@@ -19,7 +20,7 @@ from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError, HrcError
-from hrcneuro.pipeline import executors, forecast, graph, swept, walk
+from hrcneuro.pipeline import executors, forecast, graph, second, swept, walk
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
 from hrcneuro.pipeline.provenance import command_line, provenance
@@ -112,7 +113,15 @@ def bring(
         for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
         stages.load(name).ready(settings.sections[name])
-    study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
+    study = walk.Run(
+        settings,
+        Workdir(options.workdir),
+        tasks,
+        verify=options.verify,
+        # A whole study goes on with what is there; who names a stage wants its files.
+        whole=() if joint else wanted,
+        second=second.named(options.second),
+    )
     forced = _forced(wanted, tasks) if options.force else []
     if _one_at_a_time(settings, tasks):
         # Not in a worker: Ctrl-C must reach the loop that drives the arm.
@@ -137,7 +146,7 @@ def whole(options: Options, settings: Settings) -> walk.Run:
     workdir = Workdir(options.workdir)
     known = swept.remembered(settings, workdir)
     tasks = _graph(options, known, graph.targets(known, settings.stages, ()), joint=True)
-    return walk.Run(known, workdir, tasks, verify=options.verify)
+    return walk.Run(known, workdir, tasks, verify=options.verify, second=second.named(options.second))
 
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
@@ -157,11 +166,14 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
     answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
     try:
         with talk.progress(progress), answered(answer), executor, interrupts.whole():
-            return study.run(executor, provenance=provenance, report=tell, tell=note, **how)
+            items = study.run(executor, provenance=provenance, report=tell, tell=note, **how)
     except BaseException:
         # The workers are gone by now, perhaps not all of them in peace.
         study.workdir.cache.sweep()
         raise
+    if pulled := sum(item.pulled for item in items):
+        talk.say(f"{pulled} results were taken from {shown(study.second)}")
+    return items
 
 
 def _graph(options: Options, settings: Settings, wanted: Iterable[graph.Task], *, joint: bool) -> graph.Graph:

@@ -23,6 +23,7 @@ from hrcneuro.cache.record import Record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.contract import GROUP, SWEEP, Inputs
 from hrcneuro.errors import HrcError, StageError, of_the_system
+from hrcneuro.pipeline import second
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
 
@@ -41,17 +42,19 @@ class Job:
     force: bool = False
     quiet: bool = False
     patience_s: float = PATIENCE_S
+    second: str = ""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: it was hit, has run or failed."""
+    """What became of a job: it was hit, has run or failed; ``pulled``: it came from the second cache."""
 
     state: State
     record: Record | None = None
     seconds: float = 0.0
     error: HrcError | None = None
     trace: str = ""
+    pulled: bool = False
 
 
 def execute(job: Job) -> Outcome:
@@ -63,6 +66,10 @@ def execute(job: Job) -> Outcome:
             done = None if job.force else store.lookup(*place)
             if done is not None:
                 return Outcome(State.HIT, done)
+            if job.second and not job.force:
+                done = second.take(job.second, store, place, partial(_tell, job))
+            if done is not None:
+                return Outcome(State.HIT, done, pulled=True)
             record = _compute(job, store, start)
         return Outcome(State.RAN, record, time.perf_counter() - start)
     except HrcError as error:

@@ -28,13 +28,18 @@ def provenance() -> Mapping[str, Any]:
 
 
 def command_line() -> str:
-    """Return how this process was called; of a path only its last part."""
+    """Return how this process was called; of a path only its last part, of a URL only its scheme."""
     return " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])])
 
 
 def _anonymous(argument: str) -> str:
+    scheme, is_url, _ = argument.partition("://")
     name, equals, value = argument.partition("=")
-    return f"{name}={_anonymous(value)}" if equals else Path(argument).name if "/" in argument else argument
+    if equals and "://" not in name:
+        return f"{name}={_anonymous(value)}"
+    if is_url:
+        return f"{scheme}://…"
+    return Path(argument).name if "/" in argument else argument
 
 
 def _git(folder: Path, *arguments: str) -> str:
