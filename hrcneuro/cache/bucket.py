@@ -38,7 +38,8 @@ class Bucket:
     """
 
     def __init__(self, url: str) -> None:
-        self.url = url if "://" in url else Path(url).expanduser().absolute().as_uri()
+        # As it is: fsspec takes no %20 for a blank.
+        self.url = url if "://" in url else f"file://{Path(url).expanduser().absolute()}"
         self.protocol = self.url.partition("://")[0]
         self._own = threading.local()
         _check(self.url, self.protocol)

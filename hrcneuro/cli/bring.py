@@ -21,9 +21,10 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.pipeline import executors, forecast, graph, second, swept, walk
+from hrcneuro.pipeline.anonymous import command_line, hidden
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
-from hrcneuro.pipeline.provenance import command_line, provenance
+from hrcneuro.pipeline.provenance import provenance
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -97,7 +98,9 @@ def logged(name: str, options: Options, settings: Settings) -> contextlib.Abstra
     """Return the log of a run under way; a dry run leaves none."""
     if options.dry_run:
         return contextlib.nullcontext(RunLog(None))
-    return recorded(Workdir(options.workdir).results, name, settings, command_line())
+    workdir = Workdir(options.workdir)
+    private = hidden(settings, workdir.folder, workdir.cache.root)
+    return recorded(workdir.results, name, settings, command_line(), hidden=private)
 
 
 def bring(

@@ -114,7 +114,8 @@ def slim(
         of = [one for one in gone if one.entry[0] == name]
         print(f"{name:<11} {len(of):4} entries  {sum(one.size for one in of) / 1e6:10.1f} MB")
     verb = "would drop" if options.dry_run else "dropped"
-    print(f"{verb} {sum(one.size for one in gone) / 1e9:.2f} GB ({sum(one.size for one in gone)} bytes)")
+    total = sum(one.size for one in gone)
+    print(f"{verb} {total / 1e6:.1f} MB ({total} bytes)")
     for one in kept:
         print(f"kept: {'/'.join(one.entry)}: {one.kept}")
     return 0

@@ -24,6 +24,7 @@ from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.contract import GROUP, SWEEP, Inputs
 from hrcneuro.errors import HrcError, StageError, of_the_system
 from hrcneuro.pipeline import second
+from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
 
@@ -98,7 +99,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
             "platform": f"{platform.system()} {platform.machine()}",
             "blas_threads": 1,
             "versions": {name: fingerprint.version(name) for name in libraries},
-            "warnings": overheard(),
+            "warnings": [anonymous(text) for text in overheard()],
         }
         record = Record(*place, job.parts, {}, summary, provenance)
         return store.publish(record, work)

@@ -60,7 +60,7 @@ def other(tmp_path):
 def bucket(request, tmp_path):
     url = {
         "file": f"file://{tmp_path}/bucket",
-        "folder": str(tmp_path / "bucket"),
+        "folder": str(tmp_path / "with blanks, 100 %, and #" / "bucket"),
         "memory": f"memory://{tmp_path.name}-{os.getpid()}/bucket",
     }
     return Bucket(url[request.param])
@@ -69,7 +69,8 @@ def bucket(request, tmp_path):
 @pytest.fixture
 def folder(tmp_path):
     """A bucket in a folder, into which a test may put things."""
-    return tmp_path / "bucket", Bucket(str(tmp_path / "bucket"))
+    place = tmp_path / "a bucket"
+    return place, Bucket(str(place))
 
 
 def pull(store, bucket, entries=None, **how):
