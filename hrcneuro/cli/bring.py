@@ -20,7 +20,7 @@ from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError, HrcError
-from hrcneuro.pipeline import executors, forecast, graph, second, swept, walk
+from hrcneuro.pipeline import executors, forecast, graph, room, second, swept, walk
 from hrcneuro.pipeline.anonymous import command_line, hidden
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
@@ -86,7 +86,8 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    return talk.finish(name, items, also=also, planned=options.dry_run)
+    disk = room.expected(Workdir(options.workdir), items) if options.dry_run else None
+    return talk.finish(name, items, also=also, planned=options.dry_run, room=disk)
 
 
 def planned(options: Options, settings: Settings) -> list[Item]:

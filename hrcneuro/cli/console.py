@@ -15,6 +15,7 @@ from hrcneuro.cli import plan
 from hrcneuro.cli.progress import Progress, shown
 from hrcneuro.errors import HrcError
 from hrcneuro.pipeline.item import Item, State, Word
+from hrcneuro.pipeline.room import Room
 
 _MARKS = {Word.RAN: "+", Word.FAILED: "x", Word.FRESH: "="}
 
@@ -124,22 +125,29 @@ class Console:
             sys.stdout.flush()
 
     def finish(
-        self, command: str, items: Iterable[Item], *, also: HrcError | None = None, planned: bool = False
+        self,
+        command: str,
+        items: Iterable[Item],
+        *,
+        also: HrcError | None = None,
+        planned: bool = False,
+        room: Room | None = None,
     ) -> int:
         """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code.
 
-        What is ``planned`` only closes on standard output: it is what was asked for.
+        What is ``planned`` only closes on standard output, as it is what was asked for; ``room`` is the disk it wants.
         """
         items = list(items)
         if self.as_json:
-            printed = document(command, items)
+            disk = {} if room is None else {"disk": {"bytes": room.size, "free": room.free, "unknown": room.unknown}}
+            printed = {**document(command, items), **disk}
             print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
         code = self.failures(item for item in items if item.state is State.FAILED)
         if also is not None:
             self.error(also)
         closing = f"{command}: {plan.counted(items)}"
         if planned and not self.as_json:
-            self.results([closing])
+            self.results([closing, *([str(room)] if room is not None and room.tasks else [])])
         else:
             self.say(closing)
         return code if also is None else also.exit_code if code in (0, also.exit_code) else 1

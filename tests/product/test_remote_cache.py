@@ -2,10 +2,9 @@
 
 import json
 import os
-import threading
 
 import pytest
-from tiny_study import artifacts, write_tiny
+from tiny_study import artifacts, half_written, wait_for, write_tiny
 
 pytest.importorskip("fsspec", reason="needs the extra remote")
 
@@ -123,21 +122,43 @@ def test_a_second_cache_that_is_not_there_is_told_of_once_and_the_study_runs(hrc
     assert done.err.count("computed here") <= 1
 
 
+def killed(process, folder, pattern, number):
+    """Kill a process as soon as so many files have come into a folder, unless it ended before."""
+    wait_for(lambda: process.poll() is not None or len(list(folder.glob(pattern))) >= number)
+    process.kill()
+    process.communicate()
+    return process.returncode < 0
+
+
 def test_a_push_that_is_killed_goes_on(start, hrcneuro, made, tmp_path):
     """Whenever it is killed: each record that is there has its files, and the next push ends what was begun."""
-    for number, delay in enumerate((0.35, 0.5, 0.7)):
+    died = 0
+    for number in (1, 20, 40):
         bucket, two = tmp_path / f"bucket{number}", tmp_path / f"two{number}"
         process = start("cache", "push", bucket, "--workdir", made / "one", "-j", "1")
-        gone = threading.Timer(delay, process.kill)
-        gone.start()
-        process.communicate()
-        gone.cancel()
+        died += killed(process, bucket, "files/*/*", number)
         two.mkdir()
         if (bucket / "records").exists():
             assert hrcneuro("cache", "pull", bucket, "--workdir", two).code == 0
         assert hrcneuro("cache", "push", bucket, "--workdir", made / "one").code == 0
         assert hrcneuro("cache", "pull", bucket, "--workdir", two).code == 0
         assert artifacts(two) == artifacts(made / "one")
+    assert died
+
+
+def test_a_pull_that_is_killed_goes_on(start, hrcneuro, made, tmp_path):
+    bucket, died = tmp_path / "bucket", 0
+    assert hrcneuro("cache", "push", bucket, "--workdir", made / "one").code == 0
+    for number in (1, 5):
+        two = tmp_path / f"two{number}"
+        two.mkdir()
+        died += killed(start("cache", "pull", bucket, "--workdir", two, "-j", "1"), two, "cache/[!.]*/*/*", number)
+        # What is visible is whole, and what was under way leaves nothing behind.
+        assert hrcneuro("cache", "verify", "--workdir", two).code == 0
+        assert hrcneuro("cache", "pull", bucket, "--workdir", two).code == 0
+        assert artifacts(two) == artifacts(made / "one")
+        assert half_written(two) == []
+    assert died
 
 
 def test_a_slim_study_stands_as_before_and_makes_again_what_is_read(hrcneuro, made, tmp_path):
@@ -177,3 +198,12 @@ def test_slim_keeps_what_another_study_points_at(hrcneuro, made, tmp_path):
     assert done["bytes"] == 0
     assert {one["kept"] for one in done["entries"]} == {"another study or a run points at it"}
     assert list((tmp_path / "cache").glob("acquire/*/*/*.fif"))
+
+
+def test_a_dry_run_says_how_much_will_be_written(hrcneuro, made):
+    given = ["--workdir", made / "one", "--config", made / "tiny.toml", "--set", "preprocess.l_freq=0.5", "--dry-run"]
+    told = hrcneuro("epoch", *given, "--json").json["disk"]
+    files = [p for stage in ("preprocess", "epoch") for p in (made / "one/cache").glob(f"{stage}*/*/*/*")]
+    assert told["bytes"] == sum(p.stat().st_size for p in files if p.name != "record.json")
+    assert told["free"] > 0
+    assert "MB will be written, by what earlier runs wrote" in hrcneuro("epoch", *given).out
