@@ -248,12 +248,16 @@ def _is_file(about: dict[str, Any]) -> bool:
 
 
 def _make_folder(fs: Any, folder: str) -> None:
-    try:
-        fs.makedirs(folder, exist_ok=True)
-    except OSError:
-        # Over SSH, two who make the same folder at once hear of a failure.
-        if not fs.isdir(folder):
-            raise
+    # Over SSH, of two who make a folder at once one hears of a failure: then it is there, and the next one is tried.
+    for left in reversed(range(folder.count("/") + 1)):
+        try:
+            fs.makedirs(folder, exist_ok=True)
+            return
+        except OSError:
+            if fs.isdir(folder):
+                return
+            if not left:
+                raise
 
 
 def _known_hosts() -> Any:

@@ -26,8 +26,8 @@ _STAGES = Annotated[
 
 @command(
     "Copy this study's entries into a bucket.",
-    "cache push /mnt/shared/bucket",
-    "cache push s3://lab/study preprocess epoch --dry-run",
+    "cache push bucket",
+    "cache push bucket preprocess epoch --dry-run",
     name="push",
     group=cache,
 )
@@ -55,8 +55,8 @@ def push(
 
 @command(
     "Copy the entries of a bucket into the cache.",
-    "cache pull /mnt/shared/bucket",
-    "cache pull s3://lab/study decode",
+    "cache pull bucket",
+    "cache pull bucket decode",
     name="pull",
     group=cache,
 )
@@ -64,11 +64,14 @@ def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
     """Copy entries from a bucket, each hashed and looked at before it counts; exit code 3 where one is refused."""
     from hrcneuro.cache import transfer
     from hrcneuro.cache.bucket import Bucket
+    from hrcneuro.errors import DataError
     from hrcneuro.pipeline.second import FORMATS
     from hrcneuro.pipeline.workdir import Workdir
 
     workdir, bucket = Workdir(options.workdir), Bucket(url)
     there, odd = bucket.records()
+    if not (there or odd):
+        raise DataError(f"{bucket} has no entry", cure="check the address; hrcneuro cache push URL puts entries there")
     wanted = sorted(_of(there, stages))
     if options.dry_run:
         lookup = workdir.cache.lookup
@@ -82,7 +85,7 @@ def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
 
 @command(
     "Drop signals that can be made again; tables, pictures and records stay.",
-    "cache slim preprocess",
+    "cache slim epoch",
     "cache slim acquire preprocess epoch --dry-run",
     name="slim",
     group=cache,
