@@ -16,6 +16,8 @@ from hrcneuro.cache import fingerprint
 RECORD = "record.json"
 SLIM = ".slim"
 """The file in an entry that names those of its files that were dropped to save disk, as a list in JSON."""
+PULLED = ".pulled"
+"""The file in an entry that says that it came from a bucket."""
 _KEY = re.compile("[0-9a-f]{16}")
 _SHA256 = re.compile("[0-9a-f]{64}")
 # A stage's or a unit's name, and each part of a file's: nothing that leads elsewhere, or that hides.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import concurrent.futures as futures
 import enum
 import hashlib
+import json
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -17,7 +18,7 @@ from pathlib import Path, PurePosixPath
 
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.bucket import Bucket
-from hrcneuro.cache.record import RECORD, Entry, Record, dropped, is_entry, parse_record
+from hrcneuro.cache.record import LARGEST_RECORD, PULLED, RECORD, Entry, Record, dropped, is_entry, parse_record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import DataError, HrcError, StageError
 
@@ -148,6 +149,7 @@ def take(store: Store, bucket: Bucket, entry: Entry, *, formats: Formats) -> Rec
             _check_format(work / name, name, formats)
         with store.guarded():
             (work / RECORD).write_bytes(data)
+            (work / PULLED).touch()
         store.place(record, work)
     return record
 
@@ -205,8 +207,19 @@ def _check_format(path: Path, name: str, formats: Formats) -> None:
         begins = file.read(len(head)) == head
         file.seek(max(0, path.stat().st_size - len(tail)))
         ends = file.read() == tail if tail else True
-    if not (begins and ends):
+    if not (begins and ends and (PurePosixPath(name).suffix != ".json" or _is_json(path))):
         raise DataError(f"{name} is refused: its content is not of that format", cure=_CURE)
+
+
+def _is_json(path: Path) -> bool:
+    """Return whether a file is JSON that a reader can take: of moderate size, and not nested without end."""
+    try:
+        if path.stat().st_size > LARGEST_RECORD:
+            return False
+        json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return False
+    return True
 
 
 _CURE = (

@@ -11,13 +11,13 @@ import pytest
 from hrcneuro.cache import bucket as buckets
 from hrcneuro.cache import fingerprint, transfer
 from hrcneuro.cache.bucket import Bucket, shown
-from hrcneuro.cache.record import RECORD, Record
+from hrcneuro.cache.record import PULLED, RECORD, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.cache.transfer import Fate
 from hrcneuro.errors import ConfigError, DataError
 
 fsspec = pytest.importorskip("fsspec", reason="needs the extra remote")
-FORMATS = {".txt": (b"", b""), ".parquet": (b"PAR1", b"PAR1")}
+FORMATS = {".txt": (b"", b""), ".json": (b"", b""), ".parquet": (b"PAR1", b"PAR1")}
 
 
 def parts_of(number):
@@ -38,12 +38,8 @@ def publish(store, number=1, files=None):
 
 def tree(store):
     """Return the bytes of all files of all entries."""
-    return {
-        p.relative_to(store.root).as_posix(): p.read_bytes()
-        for f in store.entries()
-        for p in f.rglob("*")
-        if p.is_file()
-    }
+    files = (p for folder in store.entries() for p in folder.rglob("*") if p.is_file() and p.name != PULLED)
+    return {p.relative_to(store.root).as_posix(): p.read_bytes() for p in files}
 
 
 @pytest.fixture
@@ -258,12 +254,21 @@ def test_a_file_of_another_size_than_its_record_says_is_not_read(other, folder):
     assert f"has {2**40} bytes instead of 4" in done.error.problem
 
 
-def test_a_pickle_where_parquet_belongs_is_refused(other, folder):
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("t.parquet", pickle.dumps({"os": "system"})),
+        ("t.parquet", b"PAR1 cut short"),
+        ("t.json", b"[" * 200_000),
+        ("t.json", b"{"),
+    ],
+)
+def test_a_file_that_is_not_of_its_format_is_refused_such_as_a_pickle(other, folder, name, content):
     base, bucket = folder
-    entry = forged(base, outputs={"t.parquet": file_of(base, pickle.dumps({"os": "system"}))})
+    entry = forged(base, outputs={name: file_of(base, content)})
     done = pull(other, bucket)[entry]
     assert done.fate is Fate.REFUSED
-    assert "t.parquet is refused" in done.error.problem
+    assert f"{name} is refused" in done.error.problem
     assert other.entries() == []
 
 

@@ -66,6 +66,12 @@ def test_pushed_and_pulled_on_an_empty_root_a_study_has_only_hits(hrcneuro, made
     assert (pulled["pulled"], pulled["refused"]) == (pushed["pushed"], {})
     assert set(run(hrcneuro, made, two).states.values()) == {"hit"}
     assert artifacts(two) == artifacts(made / "one")
+    # What was pulled is no other study's: once nothing points at it, it may go.
+    changed = hrcneuro("epoch", "--config", made / "tiny.toml", "--workdir", two, "--set", "preprocess.l_freq=0.5")
+    assert changed.code == 0
+    dropped = hrcneuro("cache", "gc", "--workdir", two, "--json")
+    assert dropped.code == 0, dropped.err
+    assert {name.partition("/")[0] for name in dropped.json["dropped"]} >= {"preprocess", "epoch"}
 
 
 def test_on_s3_only_hits_are_left_and_a_flipped_byte_is_caught(hrcneuro, made, tmp_path, s3):
