@@ -54,14 +54,15 @@ def loop_sessions(steps: pd.DataFrame, episodes: pd.DataFrame) -> LoopSessions:
 def as_measured(model: LoopModel, steps: pd.DataFrame) -> LoopModel:
     """Return a null model whose decisions teach, and are in time, as often as those of these steps.
 
-    Where nothing was taught, nothing is; where nothing is known of being in time, all are.
+    Where nothing was taught, nothing is; where nothing is known of being in time, all are. The null model's person does
+    not adapt: measured rates are by the person's own choice, and what adapting does to them is in these already.
     """
     straight = steps[steps["before"].notna() & steps["drawn"].notna()]
     taught = straight[straight["update"].eq(True)]
     known = taught["in_time_for_tr"].dropna()
     teaches = len(taught) / len(straight) if len(straight) else 0.0
     in_time = float(known.astype(bool).mean()) if len(known) else 1.0
-    return replace(model, teaches=teaches, in_time=in_time)
+    return replace(model, teaches=teaches, in_time=in_time, closed=replace(model.closed, adapts=False))
 
 
 def latencies(steps: pd.DataFrame) -> dict[str, np.ndarray]:

@@ -33,7 +33,8 @@ class Job:
         subject: Whose.
         folder: Of all sessions.
         decoder: Folder of the decoder.
-        number: Which one, from 1: each has paths, choices and EEG of its own, of the same person.
+        number: Which one, from 1: each has paths, choices, habits at the keys and EEG of its own; the sources of that
+            EEG, and the decoder, are the same.
         record: It is recorded, too.
     """
 

@@ -139,6 +139,9 @@ class Desk:
         ignored = ", ".join(f"{why} {n}" for why, n in seen.ignored.items())
         grid.add_row("keys", f"{seen.keys['']} counted" + (f"; ignored: {ignored}" if ignored else ""))
         grid.add_row("markers", f"{seen.markers} sent")
+        if seen.loop:
+            acts = "the robot acts by the owners" if seen.loop == "shadow" else "the robot acts by what was learned"
+            grid.add_row("closed loop", f"{seen.loop}: {acts}")
         if seen.recorded:
             grid.add_row("recorded", Text(seen.recorded, style="" if seen.recorded == "yes" else "red"))
         if seen.health is not None:

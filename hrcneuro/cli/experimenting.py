@@ -140,6 +140,7 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "stops": seen.stops,
         "late_packets": seen.health.late_packets if seen.health else 0,
         "recorded": seen.recorded,
+        "loop": seen.loop,
         "ended": seen.ended,
         "trouble": seen.trouble,
     }

@@ -10,6 +10,7 @@ import typer
 from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
+from hrcneuro.errors import ConfigError
 
 
 @command(
@@ -39,6 +40,11 @@ def online(
     from hrcneuro.cli import bring, onlining
     from hrcneuro.pipeline.graph import check_subject
 
+    if go_on and replay is not None:
+        raise ConfigError(
+            "--go-on with --replay: a replay goes over what was recorded, and goes on with nothing",
+            cure="leave one of them out",
+        )
     study = bring.settings(options, others={"--mode": [f"online.mode={mode}"] if mode else []})
     check_subject(study, subject)
     task = onlining.Task(study, subject, options, decoder)

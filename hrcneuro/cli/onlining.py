@@ -20,17 +20,17 @@ from hrcneuro.cli import bring
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
-from hrcneuro.errors import ConfigError, DataError, StageError
+from hrcneuro.errors import ConfigError, DataError, HardwareError
 from hrcneuro.io.decoders import ABOUT, read_decoder
 from hrcneuro.io.places import new_folder, unwritable
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.online import OnlineLearner, Policy, rates_of
+from hrcneuro.learning.online import OnlineLearner, rates_of
 from hrcneuro.live import decisions, going_on, online_streams, replaying
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
 from hrcneuro.live.online import Online
 from hrcneuro.live.parameters import OnlineOptions
-from hrcneuro.live.policies import source_of
-from hrcneuro.live.transport import DECISIONS
+from hrcneuro.live.policies import running, source_of
+from hrcneuro.live.transport import DECISIONS, Network
 from hrcneuro.pipeline.workdir import Workdir
 
 _SOON_S, _QUICK_S, _STEP_S = 0.02, 0.0005, 0.004
@@ -76,18 +76,23 @@ class Task:
         """Decide until a marker tells that the session has ended, Ctrl-C, or so many seconds; return the exit code.
 
         Raises:
-            HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves.
+            HardwareError: The EEG is not there, is lost for too long, or is none that the decoder serves; another loop
+                of the subject is running.
             ConfigError, StageError: The log cannot be written.
             DataError: There is no loop to go on with, or it was another one.
         """
         learner = self._learner()
-        policy = self._relearn(learner) if go_on else None
+        path = going_on.newest(self._parent) if go_on else None
+        before = self._relearn(learner, path) if path is not None else None
         # Threads of BLAS that wait for each other take longer than these products.
         with interrupts.whole(), threadpool_limits(1):
             with LslNetwork() as network:
                 self._talk.say("looking for the EEG …")
                 eeg = online_streams.find_eeg(network, network.clock, time.sleep, self._decoder, self._wanted)
+                self._refuse_second(network)
                 log = self._log()
+                if path is not None:
+                    log(going_on.goes_on(path))
                 outlet = LslOutlet(
                     DECISIONS,
                     "Markers",
@@ -100,21 +105,17 @@ class Task:
                     network, network.clock, eeg, self._decoder, learner, self._wanted, subject=self._subject,
                     publish=outlet.send, log=log, rail_uv=self._record.rail_uv, tell=view.tell,
                 )  # fmt: skip
-                if policy is not None and self._wanted.mode == "semi":
-                    loop.deciding.policy = policy
+                if before is not None:
+                    loop.deciding.go_on(before.policy, before.episode)
                 interrupts.once(lambda: self._talk.say("the log is being ended; a moment"))
                 interrupts.hold()
                 begun, work = time.monotonic(), time.process_time()
                 try:
                     self._go_on(loop, view, seconds)
-                except OSError as error:
-                    raise StageError(
-                        f"{log.path} takes no more: {error.strerror or error}", cure="free space on its disk"
-                    ) from error
                 finally:
                     # Whatever ends it: what was decided stands in the log.
-                    log.close()
                     outlet.close()
+                    log.close()
                 share = (time.process_time() - work) / max(time.monotonic() - begun, 1e-9)
             interrupts.forget()
         told = self._told([loop], log.path) | {
@@ -124,11 +125,17 @@ class Task:
         self._answer(told)
         return 0
 
-    def _relearn(self, learner: OnlineLearner) -> Policy | None:
-        path = going_on.newest(self._parent)
-        begun = going_on.relearned(decisions.lines(path), learner, self._decoder, afresh=self._wanted.afresh)
+    def _refuse_second(self, network: Network) -> None:
+        if others := running(network, self._subject):
+            raise HardwareError(
+                f"a closed loop of {self._subject} is running ({others[0].source_id}); an experiment heeds one",
+                cure="end that one first, with Ctrl-C in its terminal",
+            )
+
+    def _relearn(self, learner: OnlineLearner, path: Path) -> going_on.Before:
+        before = going_on.relearned(going_on.history(path), learner, self._decoder, afresh=self._wanted.afresh)
         self._talk.say(f"goes on with what {path} tells: {learner.updates} decisions had taught")
-        return begun
+        return before
 
     def _go_on(self, loop: Online, view: View, seconds: float) -> None:
         gc.collect()
@@ -159,11 +166,11 @@ class Task:
             DataError: It, or the log, cannot be read.
         """
         parts = replaying.read(recording, self._wanted)
-        found = log or _log_beside(recording, parts)
+        found = [log] if log is not None else replaying.logs_beside(recording, parts)
         try:
-            known = decisions.known(found) if found is not None else None
+            known = decisions.known(*found) if found else None
         except OSError as error:
-            raise DataError(f"{found} cannot be read: {error.strerror or error}", cure="name another: --log") from error
+            raise DataError(f"{log} cannot be read: {error.strerror or error}", cure="name another: --log") from error
         lines: list[Mapping[str, Any]] = []
         with threadpool_limits(1):
             loops = replaying.replay(
@@ -171,7 +178,7 @@ class Task:
                 publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=self._record.rail_uv,
             )  # fmt: skip
         # A recording's clock stands still while it is decided: durations mean nothing.
-        told = self._told(loops, found) | {"latency_ms": {}}
+        told = self._told(loops, found[-1] if found else None) | {"latency_ms": {}}
         code = 0
         if known is not None:
             same = compared(lines, known)
@@ -276,16 +283,3 @@ def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict
         else:
             counts["equal" if line["score"] == known.scores[key] else "different"] += 1
     return counts
-
-
-def _log_beside(recording: Path, parts: Sequence[tuple[replaying.Stream, replaying.Stream]]) -> Path | None:
-    """Return the log of the live session that made a recording: one whose markers are in it; None for none."""
-    there = {
-        (str(row[0]), float(stamp)) for _, marks in parts for stamp, row in zip(marks.stamps, marks.values, strict=True)
-    }
-    best, most = None, 0
-    for path in sorted(recording.absolute().parent.glob(f"*-online*/{decisions.FILE}")):
-        common = len(there & set(decisions.known(path).scores))
-        if common > most:
-            best, most = path, common
-    return best

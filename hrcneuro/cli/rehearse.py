@@ -10,6 +10,7 @@ import typer
 from hrcneuro.cli import completion
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
+from hrcneuro.errors import ConfigError
 
 
 @command(
@@ -52,4 +53,9 @@ def rehearse(
         rehearsing.check_pace(pace)
         wish = rehearsing_closed.Wish(pace, mode, sessions, decoder, screen, patient=not strict)
         return rehearsing_closed.run(options, subject, wish)
+    if sessions != 1 or decoder is not None:
+        raise ConfigError(
+            f"{'--sessions' if sessions != 1 else '--decoder'} without --closed: it is of closed blocks",
+            cure="leave it out, or rehearse closed blocks: --closed",
+        )
     return rehearsing.run(options, subject, pace, screen=screen, patient=not strict)

@@ -159,23 +159,24 @@ def _page(
 ) -> Path:  # fmt: skip
     from hrcneuro.learning.learners import kinds
     from hrcneuro.learning.loop import LoopModel
+    from hrcneuro.learning.online import rates_of
     from hrcneuro.report import loop, markup
 
     wanted = study.live["online"]
     kind = kinds(alpha=wanted.alpha, ddof=0, horizon=wanted.horizon)[wanted.learner]
     model = LoopModel(
         kind, wanted.tau, mode=wanted.mode, floor=wanted.floor, afresh=wanted.afresh,
-        closed=study.live["experiment"].closed,
+        closed=study.live["experiment"].closed, session=study.sections["acquire"].session,
     )  # fmt: skip
+    _, about = read_decoder(decoder)
     null = loop.null_of(
         steps, episodes, model, sessions=_NULL_SESSIONS, repetitions=_SIM1_REPETITIONS,
-        seed=study.sections["acquire"].seed,
+        seed=study.sections["acquire"].seed, claimed=rates_of(about.get("summary", {}).get("problems", {})),
     )  # fmt: skip
     chapter = loop.chapter(
         steps, episodes, null, picture=folder / PICTURE, deadline_s=wanted.deadline_s, mode=wanted.mode,
         remark=rehearsing.SYNTHETIC,
     )  # fmt: skip
-    _, about = read_decoder(decoder)
     answers = results.blocks([("calibrate", subject, about.get("summary", {}))])
     page = markup.render(
         "rehearsal_closed.html",

@@ -47,7 +47,7 @@ def real(
 
     Raises:
         HrcError: The session cannot be begun.
-        HardwareError: Amplifier or recorder ended by themselves.
+        HardwareError: Amplifier, recorder or loop ended by themselves.
     """
     from hrcneuro.experiment.real import RealTime
 
@@ -63,14 +63,19 @@ def real(
     with (
         _beside("amp", [subject, *sitting, *common], folder) as amp,
         _beside("record", [subject, *common], folder) as recorder,
-        _deciding(subject, decoder, common, folder),
+        _deciding(subject, decoder, common, folder) as loop,
         Desk(bring.console(options), setup.n_blocks) as desk,
     ):
         try:
             return RealTime(setup, desk, streams=["eeg"], ahead=ahead).run()
         finally:
-            for name, process in (("amp", amp), ("record", recorder)):
-                if process.poll() is not None:
+            for name, process, ended in (
+                ("amp", amp, (None,)),
+                ("record", recorder, (None,)),
+                ("online", loop, (None, 0)),
+            ):
+                # The loop ends by itself where the session does.
+                if process is not None and process.poll() not in ended:
                     raise HardwareError(
                         f"'hrcneuro {name}' ended by itself: {_last_words(folder / f'{name}.txt')}",
                         cure=f"see {folder / f'{name}.txt'}",
@@ -79,7 +84,7 @@ def real(
 
 def _deciding(
     subject: str, decoder: Path | None, common: Sequence[str], folder: Path
-) -> contextlib.AbstractContextManager[object]:
+) -> contextlib.AbstractContextManager[subprocess.Popen[bytes] | None]:
     if decoder is None:
         return contextlib.nullcontext()
     return _beside("online", [subject, "--decoder", str(decoder), *common], folder)
@@ -106,5 +111,7 @@ def _beside(name: str, words: Sequence[str], folder: Path) -> Iterator[subproces
 
 
 def _last_words(path: Path) -> str:
+    """Return what a command said last; of an error the problem, behind which its cure stands."""
     lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    return lines[-1] if lines else "without a word"
+    errors = [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]
+    return (errors or lines or ["without a word"])[-1]

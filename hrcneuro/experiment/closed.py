@@ -73,6 +73,7 @@ class ClosedTurns(Turns):
         self._ready: tuple[str, float] | None = None  # a simulated person's key, and the time that it takes
         self._before = ""  # the marker of the episode's last move
         self._chosen: dict[str, Any] | None = None
+        self._lying: Turn | None = None  # a step of the robot's own that it has left to the person
 
     def begin_block(self, block: DrawnBlock) -> None:
         """Take the block that is next."""
@@ -112,6 +113,9 @@ class ClosedTurns(Turns):
             now: When keys are accepted from.
             wait_s: The robot, and a simulated person, wait so long first.
         """
+        if self._decided and self._decided[0] is self._lying and not self._lying.again:
+            # A pause came before it was made: the person is waited for anew.
+            return now + wait_s + self._left_s
         if self._decided or self.episode.over:
             return super().open(now, wait_s)
         again = self.episode.chosen is not None
@@ -132,6 +136,7 @@ class ClosedTurns(Turns):
             self._decide(key).reaction_s = reaction_s
             return now + wait_s + reaction_s
         turn = self._decide(choice.way)
+        self._lying = turn if choice.left else None
         if self._truth:
             self._truths.append(self._truth_of(turn, math.nan))
         return now + wait_s + self._left_s if choice.left else now

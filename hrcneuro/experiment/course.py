@@ -147,6 +147,9 @@ class Course(ABC):
         after = self._turns.open(now, wait_s)
         if (chosen := self._turns.chosen()) is not None:
             self._log.event("choice", now, **chosen)
+            if self._pacing.show_turn:
+                # Only now it is known whose turn it is.
+                self._show_grid()
         self._tell_truths()
         if after is None:
             return
@@ -191,6 +194,7 @@ class Course(ABC):
     def _executed(self, report: m.Executed) -> None:
         turn = self._turns.executed(report)
         self.seen.n_moves += 1
+        self.seen.unheard += 1
         self.seen.moves.append(turn)
         self._log.move(turn, report.when)
         self._resting = not self._turns.released

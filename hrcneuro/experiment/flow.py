@@ -109,6 +109,9 @@ class Flow(Course):
     def took_up(self, kind: str, now: float, about: Mapping[str, Any]) -> None:
         """Write down what was taken up of the closed loop's words, or was not."""
         self._log.event(kind, now, **about)
+        self.seen.loop = about.get("mode", self.seen.loop)
+        if about.get("marker"):
+            self.seen.unheard = 0
 
     def pause(self, now: float, why: str) -> None:
         """Pause as soon as the arm rests; ``why`` is empty where the experimenter asked for it."""

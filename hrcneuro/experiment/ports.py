@@ -82,6 +82,8 @@ class Seen:
     trouble: str = ""
     cure: str = ""
     recorded: str = ""  # yes, no or lost; empty where nobody looks
+    loop: str = ""  # shadow, semi or closed, once the closed loop has said something
+    unheard: int = 0  # moves since the closed loop has last told of one
     hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0
     whole: bool = False  # every block was done to its end

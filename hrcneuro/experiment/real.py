@@ -28,6 +28,7 @@ from hrcneuro.live.policies import Policies
 
 _LOOK_S = 0.5
 _STEP_S, _QUICK_S = 0.1, 0.01
+_UNHEARD = 10  # moves: a decision may fail, so many in a row do not
 _NO_ROOM = (
     "the session ends as soon as there is room for the rest; asked to end once more, it ends now, and the lines that "
     "are missing come out on the terminal"
@@ -233,9 +234,11 @@ class RealTime:
     def _look_for_loop(self) -> None:
         if self._policies is None:
             return
-        trouble = self._policies.look()
+        trouble, seen = self._policies.look(), self._flow.seen
+        if not trouble and seen.unheard >= _UNHEARD:
+            trouble, seen.unheard = f"the closed loop has told nothing of the last {_UNHEARD} moves", 0
         if trouble and not self._loop_gone:
-            self._flow.seen.hardware = True
+            seen.hardware = True
             subject = self._setup.subject
             self._flow.trouble(trouble, f"start it again, then go on: hrcneuro online {subject} --mode closed --go-on")
         self._loop_gone = bool(trouble)

@@ -224,7 +224,8 @@ def lasts_s(setup: Setup) -> float:
         if setup.closed
         else sum(block.episodes for block in protocol(setup.session))
     )
-    return 120.0 + episodes * (13.8 * 0.95 + setup.options.pause_s + 4.0) + 60.0 * (setup.n_blocks + 2)
+    waits = 3.0 * closed.wait_s if setup.closed else 0.0
+    return 120.0 + episodes * (waits + 13.8 * 0.95 + setup.options.pause_s + 4.0) + 60.0 * (setup.n_blocks + 2)
 
 
 def _pacing(setup: Setup) -> Pacing:

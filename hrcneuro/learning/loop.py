@@ -15,8 +15,9 @@ from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.loop_decoders import LoopDecoder
 from hrcneuro.learning.online import HUMAN, ROBOT, SUBTASKS, OnlineLearner, Policy
 from hrcneuro.paradigm.closed import Choice, ClosedBlock, ClosedEpisode, draw_closed, play_closed
-from hrcneuro.paradigm.params import ClosedParams
-from hrcneuro.paradigm.partners import Move, draw_human
+from hrcneuro.paradigm.params import ClosedParams, SessionParams
+from hrcneuro.paradigm.partners import Move
+from hrcneuro.paradigm.session import draw_habits
 
 MODES = ("shadow", "semi", "closed", "direct")
 STEPS = ("human", "taken", "robot", "left", "diagonal")
@@ -46,6 +47,7 @@ class LoopModel:
         in_time: Probability that it is taken up before keys open for the step that it is about; otherwise the robot
             heeds it one step later.
         closed: The protocol.
+        session: What is said there of the person's habits, such as how often a key is wrong.
 
     Raises:
         ValueError: An unknown mode, or a probability outside 0 and 1.
@@ -60,6 +62,7 @@ class LoopModel:
     in_time: float = 1.0
     errp: tuple[float, float] | None = None
     closed: ClosedParams = field(default_factory=ClosedParams)
+    session: SessionParams = field(default_factory=SessionParams)
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -131,7 +134,7 @@ def kind_of(choice: Choice) -> str:
 
 def _session(model: LoopModel, decoder: LoopDecoder, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     person, protocol, *answers = rng.spawn(6)
-    human = draw_human(person)
+    human = draw_habits(model.session, person)
     learner = OnlineLearner(model.kind, tau=model.tau, floor=model.floor, rates=decoder.claimed)
     robot = _Robot(model, decoder, learner, answers)
     policies, owners, updates, steps = [], [], [], []

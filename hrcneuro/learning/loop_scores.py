@@ -13,12 +13,13 @@ import numpy as np
 from scipy.stats import t as student
 
 from hrcneuro.learning.decoder import CoinFlips
-from hrcneuro.learning.learner import Make
+from hrcneuro.learning.learners import Kind
 from hrcneuro.learning.loop import CASES, STEPS, LoopSessions
 from hrcneuro.learning.rates import Rates
 from hrcneuro.learning.simulations import Curve, Variant, run_curves
 from hrcneuro.learning.task import JointTask
 
+_COLUMNS = 500  # of SIM1 at a time, whose log-odds then stay below 50 MB
 ROWS = ("all", "human", "robot")
 """Whose directions an accuracy is over: all four, the person's two, the robot's two."""
 
@@ -181,11 +182,13 @@ def pooled_takeovers(sessions: LoopSessions) -> tuple[float, float]:
     return float(after_human), float(after_robot)
 
 
-def sim1(rates: Rates, make: Make, *, episodes: int, repetitions: int, seed: int, tau: float) -> Curve:
+def sim1(rates: Rates, kind: Kind, *, episodes: int, repetitions: int, seed: int, tau: float) -> Curve:
     """Return SIM1's curve (paper §3.3) at these rates: ten events an episode, of which nine teach."""
     task = JointTask(episodes=episodes)
     variant = Variant("SIM1", "emp", task, CoinFlips(rates))
-    return run_curves([variant], make, repetitions=repetitions, seed=seed, tau=tau)[0]
+    return run_curves(
+        [variant], kind.make, repetitions=repetitions, seed=seed, tau=tau, evidence=kind.evidence, columns=_COLUMNS
+    )[0]
 
 
 def sim1_updates(episodes: int) -> np.ndarray:

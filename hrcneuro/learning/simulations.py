@@ -118,13 +118,29 @@ def _block(variant: Variant, index: int, block: int, keep: int, seed: int, evide
 
 
 def run_curves(
-    variants: Sequence[Variant], make: Make, *, repetitions: int, seed: int, tau: float, columns: int = COLUMNS
+    variants: Sequence[Variant],
+    make: Make,
+    *,
+    repetitions: int,
+    seed: int,
+    tau: float,
+    columns: int = COLUMNS,
+    evidence: str = "",
 ) -> list[Curve]:
-    """Return the learning curve of each variant; time grows linearly with the repetitions, memory does not."""
+    """Return the learning curve of each variant; time grows linearly with the repetitions, memory does not.
+
+    ``evidence`` names the log-odds that the learner listens to, ``decision`` or ``graded``; empty for none.
+    """
     shape = (len(variants), variants[0].task.episodes)
     sums, squares, greedy = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    for work in blocks(variants, repetitions=repetitions, seed=seed, columns=columns):
-        soft, hard = learn(make, [b.draws for b in work], [b.answers.predicted for b in work], tau=tau)
+    for work in blocks(variants, repetitions=repetitions, seed=seed, evidence=bool(evidence), columns=columns):
+        soft, hard = learn(
+            make,
+            [b.draws for b in work],
+            [b.answers.predicted for b in work],
+            tau=tau,
+            evidence=[b.answers.log_odds(evidence) for b in work] if evidence else None,
+        )
         start = 0
         for block in work:
             part = slice(start, start := start + block.draws.repetitions)

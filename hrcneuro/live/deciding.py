@@ -80,6 +80,17 @@ class Deciding:
         for one in self._queue:
             one.lost = True
 
+    def go_on(self, policy: Policy, episode: tuple[Any, ...] | None) -> None:
+        """Go on where another loop was, whose lessons the learner has had.
+
+        Args:
+            policy: What that one had learned up to its last block's beginning.
+            episode: The episode of its last move: practice, block and episode; None for none.
+        """
+        self._episode = episode
+        if self._options.mode == "semi":
+            self.policy = policy
+
     # --- what comes -----------------------------------------------------------------------------------------------
 
     def samples(

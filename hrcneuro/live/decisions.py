@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.errors import StageError
 from hrcneuro.learning.online import SUBTASKS, Policy, Values
 
 FILE = "decisions.jsonl"
-BEGIN, BREAK, BLOCK, MOVE, STRANGE = "begin", "break", "block", "move", "marker"
+BEGIN, BREAK, BLOCK, MOVE, STRANGE, GOES_ON = "begin", "break", "block", "move", "marker", "goes on"
 """Kinds of lines."""
 CAUSES = {
     "gap": "samples are missing in the epoch, or no sample was taken at its zero",
@@ -142,7 +145,7 @@ def policy_in(text: str) -> Policy | None:
     """
     try:
         policy = json.loads(text)["policy"]
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         return None
     if not isinstance(policy, dict) or set(policy) != set(SUBTASKS):
         return None
@@ -160,18 +163,38 @@ class DecisionLog:
             OSError: It exists, or cannot be written.
         """
         self.path = folder / FILE
-        self._file = self.path.open("x", encoding="utf-8")
+        # Without a buffer: what a full disk did not take would be tried, and fail, once more as the file is closed.
+        self._file = self.path.open("xb", buffering=0)
 
     def __call__(self, line: Mapping[str, Any]) -> None:
-        """Write a line. Raises OSError where the disk takes no more."""
-        self._file.write(json.dumps(line, ensure_ascii=False, allow_nan=False) + "\n")
-        self._file.flush()
+        """Write a line.
+
+        Raises:
+            StageError: The disk takes no more.
+        """
+        left = (json.dumps(line, ensure_ascii=False, allow_nan=False) + "\n").encode()
+        with self._told():
+            while left:
+                left = left[self._file.write(left) :]
 
     def close(self) -> None:
-        """Bring all to the disk and close the file."""
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        self._file.close()
+        """Bring all to the disk and close the file.
+
+        Raises:
+            StageError: The disk does not take it.
+        """
+        with self._file, self._told():
+            os.fsync(self._file.fileno())
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise StageError(
+                f"{self.path} takes no more: {error.strerror or error}",
+                cure="free space on its disk, then begin again with --go-on: what was decided before stands there",
+            ) from error
 
 
 def lines(path: Path) -> Iterator[dict[str, Any]]:
@@ -207,10 +230,14 @@ class Known:
     starts: list[float] = field(default_factory=list)
 
 
-def known(path: Path) -> Known:
-    """Return what a log tells; raises OSError where it cannot be read."""
+def known(*paths: Path) -> Known:
+    """Return what the logs of a session tell, in their order: several where its loop was begun again.
+
+    Raises:
+        OSError: One cannot be read.
+    """
     found = Known()
-    for line in lines(path):
+    for line in chain.from_iterable(map(lines, paths)):
         if line.get("kind") in (BEGIN, BREAK) and _is_time(line.get("stamp")):
             found.starts.append(float(line["stamp"]))
         elif line.get("kind") == MOVE and _is_time(line.get("marker_stamp")):

@@ -90,10 +90,7 @@ class Hearing:
             return
         for stamp, row in zip(samples.stamps, samples.values, strict=True):
             text = str(row[0])
-            if markers.is_end(text):
-                self.ended = True
-                continue
-            tags = markers.block_in(text) or markers.move_in(text)
+            tags = markers.end_in(text) or markers.block_in(text) or markers.move_in(text)
             if tags is None:
                 continue
             when = float(stamp) + (self.offset if self.offset == self.offset else 0.0)
@@ -103,7 +100,9 @@ class Hearing:
                 if self.strange[why] == 1:
                     self._tell(f"a marker is not heeded, it is {why}: {text}")
                 continue
-            self.ended = False
+            self.ended = markers.is_end(text)
+            if self.ended:
+                continue
             yield tags, text, float(stamp), when
 
     def _measure(self) -> None:

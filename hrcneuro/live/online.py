@@ -111,7 +111,7 @@ class Online:
 
         Raises:
             HardwareError: The EEG is gone for too long, or came back as one that the decoder does not serve.
-            OSError: The log cannot be written.
+            StageError: The log cannot be written.
         """
         samples, pulled = self._pull_eeg()
         now = self._clock()

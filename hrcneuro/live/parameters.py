@@ -139,6 +139,11 @@ def check_online(options: OnlineOptions) -> list[str]:
     mistakes = []
     if not options.markers:
         mistakes.append("markers is empty; allowed: the name of a stream, such as hrcneuro-moves")
+    if options.mode == "semi" and options.afresh:
+        mistakes.append(
+            "mode = 'semi' with afresh = true: what is learned in a block is forgotten as the policy changes, so that "
+            "the robot tosses coins; allowed: one of them, such as mode = 'closed' with afresh"
+        )
     if not options.scenarios:
         mistakes.append("scenarios = [] teaches nothing; allowed: at least one, such as iC")
     return mistakes

@@ -25,6 +25,12 @@ def source_of(subject: str, number: int) -> str:
     return f"hrcneuro-online-{subject}-{number}"
 
 
+def running(network: Network, subject: str) -> list[Description]:
+    """Return the streams of the closed loops of a subject that are there."""
+    ours = re.compile(re.escape(source_of(subject, 0)[:-1]) + r"\d+")
+    return [one for one in network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
+
+
 class Policies:
     """The policy of a running loop.
 
@@ -103,8 +109,7 @@ class Policies:
             self._inlet = None
 
     def _there(self) -> list[Description]:
-        ours = re.compile(re.escape(source_of(self._subject, 0)[:-1]) + r"\d+")
-        return [one for one in self._network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
+        return running(self._network, self._subject)
 
     def _open(self, there: list[Description]) -> None:
         for one in there[:1]:
@@ -117,7 +122,7 @@ class Policies:
         try:
             said = json.loads(text)
             mode, marker, sent = said["mode"], said.get("marker", ""), said["sent_s"]
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             self._refuse("it is no message of the loop's", text)
             return
         policy = policy_in(text)

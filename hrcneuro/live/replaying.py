@@ -14,7 +14,7 @@ import numpy as np
 from hrcneuro.decoding.frozen import FrozenDecoder
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.learning.online import OnlineLearner
-from hrcneuro.live import online_streams, preflight
+from hrcneuro.live import decisions, online_streams, preflight
 from hrcneuro.live.decisions import Known
 from hrcneuro.live.online import Log, Online, Publish
 from hrcneuro.live.parameters import Declared, OnlineOptions
@@ -168,6 +168,29 @@ def read(folder: Path, options: OnlineOptions) -> list[tuple[Stream, Stream]]:
                 )
         found.append((eeg[0], marks[0]))
     return found
+
+
+def logs_beside(recording: Path, parts: Sequence[tuple[Stream, Stream]]) -> list[Path]:
+    """Return the logs of the loops whose markers are in a recording, in their order.
+
+    Of loops that ran at the same time it is the one with most of these markers: the others began elsewhere in the EEG.
+
+    Args:
+        recording: Its folder; the logs lie beside it.
+        parts: From :func:`read`.
+    """
+    there = {
+        (str(row[0]), float(stamp)) for _, marks in parts for stamp, row in zip(marks.stamps, marks.values, strict=True)
+    }
+    heard = {
+        path: there & set(decisions.known(path).scores)
+        for path in sorted(recording.absolute().parent.glob(f"*-online*/{decisions.FILE}"))
+    }
+    taken: list[Path] = []
+    for path in sorted(heard, key=lambda path: len(heard[path]), reverse=True):
+        if heard[path] and all(heard[path].isdisjoint(heard[other]) for other in taken):
+            taken.append(path)
+    return sorted(taken)
 
 
 def _stream(one: dict[str, Any], path: Path) -> Stream:

@@ -86,6 +86,11 @@ def of_end(subject: str) -> str:
     return f"{_END}/subject={subject}"
 
 
+def end_in(text: str) -> dict[str, str] | None:
+    """Return whose session a marker says to have ended, ``subject``; None for a text that is no such marker."""
+    return {"subject": text.partition("subject=")[2].partition("/")[0]} if is_end(text) else None
+
+
 def is_end(text: str) -> bool:
     """Return whether a marker tells that none comes any more."""
     return text.partition("/")[0] == _END

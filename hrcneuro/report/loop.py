@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,9 +12,9 @@ import numpy as np
 from hrcneuro.analyses import loop_sessions as made
 from hrcneuro.learning import loop_scores as scores
 from hrcneuro.learning.loop import CASES, LoopModel, LoopSessions, simulate_loop
-from hrcneuro.learning.loop_decoders import anticipation, independent
+from hrcneuro.learning.loop_decoders import LoopDecoder, anticipation, independent
 from hrcneuro.learning.loop_scores import Mean
-from hrcneuro.learning.rates import PAPER
+from hrcneuro.learning.rates import PAPER, Rates
 from hrcneuro.learning.simulations import Curve
 from hrcneuro.report import markup
 
@@ -45,35 +45,68 @@ class LoopNull:
 
 
 def null_of(
-    steps: pd.DataFrame, episodes: pd.DataFrame, model: LoopModel, *, sessions: int, repetitions: int, seed: int
+    steps: pd.DataFrame,
+    episodes: pd.DataFrame,
+    model: LoopModel,
+    *,
+    sessions: int,
+    repetitions: int,
+    seed: int,
+    claimed: Rates | None = None,
 ) -> LoopNull | None:
     """Return the null model of what was played; None where nothing was decided after one of the actors' moves.
+
+    Each subject's sessions have one at their own rates: what a loop learns is no linear function of them, and the
+    decoders of subjects differ.
 
     Args:
         steps, episodes: As ``tables.loop`` declares them.
         model: How the sessions went; how often decisions taught, and were in time, is taken from the steps.
-        sessions: How many are simulated.
+        sessions: How many are simulated, in equal parts of each subject.
         repetitions: Of SIM1.
         seed: Of every draw.
+        claimed: The rates by which the learner weighed answers, those of the decoder's calibration; none: those that
+            the sessions come out with.
     """
     played = made.loop_sessions(steps, episodes)
     rates = scores.pooled_rates(played)
     if rates is None:
         return None
-    like = made.as_measured(model, steps)
-    after_human, after_robot = scores.pooled_takeovers(played)
-    nothing = independent(after_human=after_human, after_robot=after_robot)
-    count, make = played.policies.shape[1], model.kind.make
+    subjects = list(dict.fromkeys(episodes["subject"]))
+    each = -(-sessions // len(subjects))
+    flips, nothing = [], []
+    for k, subject in enumerate(subjects):
+        own_steps, own_episodes = steps[steps["subject"] == subject], episodes[episodes["subject"] == subject]
+        like, own = made.as_measured(model, own_steps), made.loop_sessions(own_steps, own_episodes)
+        if (right := _right(own, claimed)) is None:
+            continue
+        flips.append(simulate_loop(like, right, sessions=each, seed=seed, first=k * each))
+        nothing.append(simulate_loop(like, _independent(own, claimed), sessions=each, seed=seed, first=k * each))
+    if not flips:
+        return None
+    count = played.policies.shape[1]
     return LoopNull(
-        simulate_loop(like, anticipation(rates), sessions=sessions, seed=seed),
-        simulate_loop(like, nothing, sessions=sessions, seed=seed),
+        LoopSessions.joined(flips),
+        LoopSessions.joined(nothing),
         {
-            name: scores.sim1(r, make, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
+            name: scores.sim1(r, model.kind, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
             for name, r in (("at these rates", rates), ("at the paper's", PAPER))
         }
-        if model.kind.evidence == "decision" and model.floor == 0
+        if model.floor == 0
         else {},
     )
+
+
+def _right(played: LoopSessions, claimed: Rates | None) -> LoopDecoder | None:
+    rates = scores.pooled_rates(played)
+    if rates is None:
+        return None
+    return anticipation(rates) if claimed is None else replace(anticipation(rates), claimed=claimed)
+
+
+def _independent(played: LoopSessions, claimed: Rates | None) -> LoopDecoder:
+    after_human, after_robot = scores.pooled_takeovers(played)
+    return independent(after_human=after_human, after_robot=after_robot, claimed=claimed)
 
 
 def chapter(

@@ -1,5 +1,7 @@
 """The flow of closed blocks: choices as keys open, waits, keys, what a simulated amplifier is told, what is logged."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from quick_arm import Lab
@@ -10,6 +12,7 @@ from hrcneuro.experiment.turns import EARLY
 from hrcneuro.paradigm.closed import HUMAN, draw_closed, play_closed
 from hrcneuro.paradigm.episode import ROBOTS_TURN
 from hrcneuro.paradigm.markers import block_in, move_in
+from hrcneuro.paradigm.owners import Directions
 from hrcneuro.paradigm.params import ClosedParams, SessionParams
 from hrcneuro.paradigm.session import draw_session
 from hrcneuro.paradigm.timing import IN_RADIUS
@@ -169,6 +172,50 @@ def test_a_simulated_amplifier_is_told_of_the_own_key_ahead_and_of_every_move_be
             assert expected[go.marker][1] == after["owner"][0].upper()
 
 
+def test_after_a_pause_the_robot_waits_anew_for_the_person_before_what_it_left_lying():
+    lab = Lab(SMALL, policies=always("NESW"), wait_s=5.0)
+
+    def lies(lab):
+        one = chosen(lab)[-1] if chosen(lab) else {"trial": 0}
+        return bool(one["trial"]) and one["owner"] == "robot" and len(one["step"]) == 1 and not lab.turns.released
+
+    lab.run(lies)
+    made = len(lab.log.rows)
+    lab.flow.pause(lab.now, "")
+    lab.now += 1.0
+    lab.flow.order(Order.GO_ON, lab.now)
+    went_on = lab.now
+    lab.run(lambda lab: len(lab.log.rows) > made)
+    assert lab.log.rows[-1]["onset_s"] - went_on >= 5.0
+
+
+def pressed(owners, keys):
+    """Return a whole session of a robot that makes every step, while a person with these directions presses keys."""
+    lab = Lab(SMALL, simulated=False, policies=always(""))
+    lab.flow._blocks = (replace(block, owners=owners) for block in list(lab.flow._blocks))
+    for number in range(10_000):
+        if lab.flow.over:
+            break
+        if not lab.step():
+            lab.now += 2.0
+            lab.flow.key(m.Key("N", lab.now))
+        elif not lab.scenes[-1].title:
+            lab.flow.key(m.Key(keys[number % len(keys)], lab.now))
+    assert lab.flow.seen.whole
+    return lab
+
+
+def test_no_marker_tells_who_owns_a_direction_or_which_keys_were_pressed():
+    """A robot that makes every step is heard of alike, whoever owns it, by marker and by duration."""
+    labs = [pressed(Directions(frozenset(own)), keys) for own, keys in (("NE", "NESW"), ("SW", "N"))]
+    first, second = ([one for _, one in lab.sent if isinstance(one, m.Go)] for lab in labs)
+    assert [(go.marker, go.t_f) for go in first] == [(go.marker, go.t_f) for go in second]
+    assert {row["actor"] for row in labs[0].log.rows} == {"robot"}
+    assert HUMAN in {choice["owner"] for choice in chosen(labs[0])}
+    assert [choice["owner"] for choice in chosen(labs[0])] != [choice["owner"] for choice in chosen(labs[1])]
+    assert [key[0] for key in labs[0].log.keys] != [key[0] for key in labs[1].log.keys]
+
+
 def test_a_pause_changes_no_choice():
     whole = Lab(SMALL, policies=Said(HALF)).run()
     lab = Lab(SMALL, policies=Said(HALF))
@@ -182,3 +229,19 @@ def test_a_pause_changes_no_choice():
     lab.run()
     assert [one["drawn"] for one in chosen(lab)] == [one["drawn"] for one in chosen(whole)]
     assert [row["actor"] for row in lab.log.rows] == [row["actor"] for row in whole.log.rows]
+
+
+def test_it_is_counted_of_how_many_moves_the_loop_has_told_nothing():
+    lab = Lab(SMALL, policies=Said(HALF))
+    lab.run(lambda lab: len(lab.log.rows) == 4)
+    assert lab.flow.seen.unheard == 4
+    lab.flow.took_up("policy", lab.now, {"mode": "semi", "marker": ""})
+    assert (lab.flow.seen.unheard, lab.flow.seen.loop) == (4, "semi")
+    lab.flow.took_up("policy", lab.now, {"mode": "semi", "marker": "move/1"})
+    assert lab.flow.seen.unheard == 0
+
+
+def test_whose_turn_it_is_is_shown_once_it_is_known():
+    lab = Lab(SMALL, policies=always(""), show_turn=True)
+    lab.run(lambda lab: bool(chosen(lab)))
+    assert lab.scenes[-1].turn == "robot"

@@ -9,7 +9,7 @@ from hrcneuro.learning.loop_decoders import anticipation, independent
 from hrcneuro.learning.loop_scores import accuracy, continuing, mean_over_sessions, rates_by_case, staying
 from hrcneuro.learning.params import LEARNERS
 from hrcneuro.learning.rates import Rates
-from hrcneuro.paradigm.params import ClosedParams
+from hrcneuro.paradigm.params import ClosedParams, SessionParams
 
 KINDS = kinds(alpha=0.05, ddof=0, horizon=40.0)
 PERFECT = anticipation(Rates.level(100))
@@ -146,6 +146,16 @@ def test_a_person_who_adapts_is_scored_by_their_own_choice_and_comes_to_expect_w
     )
     assert (rates_by_case(still).mean == 1).all()
     assert (rates_by_case(drifting).high < 0.9).all()
+
+
+def test_who_often_presses_a_wrong_key_leaves_many_diagonals():
+    rare, often = (
+        simulate_loop(model("shadow", session=SessionParams(wrong_key_rate=rate)), PERFECT, sessions=6, seed=2)
+        for rate in (0.0, 0.3)
+    )
+    diagonal = STEPS.index("diagonal")
+    assert not rare.steps[..., diagonal].any()
+    assert often.steps[..., diagonal].any()
 
 
 def test_owners_stay_unless_they_are_drawn_anew():

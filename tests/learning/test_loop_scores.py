@@ -129,7 +129,7 @@ def test_rates_of_cases_that_never_came_are_not_known():
 
 
 def test_sim1_is_the_papers_curve():
-    curve = scores.sim1(Rates(), PAPER.make, episodes=100, repetitions=2000, seed=1, tau=0.1)
+    curve = scores.sim1(Rates(), PAPER, episodes=100, repetitions=2000, seed=1, tau=0.1)
     assert curve.mean[34] == pytest.approx(0.70, abs=0.02)
     assert curve.mean[99] == pytest.approx(0.80, abs=0.02)
     assert scores.sim1_updates(3).tolist() == [9, 18, 27]

@@ -13,7 +13,7 @@ from hrcneuro.eeg.causal import State
 from hrcneuro.errors import DataError, HardwareError
 from hrcneuro.live import decisions, replaying
 from hrcneuro.live.online_streams import find_eeg
-from hrcneuro.live.parameters import OnlineOptions
+from hrcneuro.live.parameters import OnlineOptions, check_online
 from hrcneuro.live.transport import TRUTH
 from hrcneuro.paradigm import markers
 
@@ -334,6 +334,16 @@ def test_the_truth_stream_is_never_opened():
     assert TRUTH not in opened
 
 
+def test_keys_that_are_told_of_on_the_markers_stream_change_nothing():
+    events = moves(episodes=2)
+    keys = [
+        (at + after, markers.of_key("s01", key, ignored))
+        for number, (at, _) in enumerate(events)
+        for key, after, ignored in (("N", 0.2, ""), ("NESW"[number % 4], 0.4, "the_robot's_turn"))
+    ]
+    assert Lab(events + keys).run().lines == Lab(events).run().lines
+
+
 def test_the_end_marker_ends_the_loop_when_all_is_decided():
     lab = Lab(moves(episodes=1))
     lab.run(lab.events[-1][0] + 0.3)
@@ -343,6 +353,24 @@ def test_the_end_marker_ends_the_loop_when_all_is_decided():
     assert not lab.loop.over
     lab.run()
     assert lab.loop.over
+
+
+def test_the_end_of_another_subjects_session_ends_nothing():
+    lab = Lab(moves(episodes=1))
+    lab.run(lab.events[-1][0] + 0.3)
+    lab.robot.push([lab.network.now], [[markers.of_end("s011")]])
+    lab.run()
+    assert not lab.loop.over
+    assert lab.loop.hearing.strange == {"of another subject": 1}
+    lab.robot.push([lab.network.now], [[markers.of_end("s01")]])
+    lab.loop.step()
+    assert lab.loop.over
+
+
+def test_a_policy_that_would_be_forgotten_whenever_it_is_to_be_taken_up_is_refused():
+    (said,) = check_online(OnlineOptions(mode="semi", afresh=True))
+    assert "afresh" in said
+    assert check_online(OnlineOptions(mode="semi")) == check_online(OnlineOptions(mode="closed", afresh=True)) == []
 
 
 # --- a recording ---------------------------------------------------------------------------------------------------

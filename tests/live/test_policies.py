@@ -63,7 +63,9 @@ def test_in_shadow_there_is_none(network, policies):
         text({**POLICY, "N": 1.1}), text({**POLICY, "N": -1e-9}), text({**POLICY, "N": float("nan")}),
         text({**POLICY, "N": float("inf")}), text({**POLICY, "N": True}), text({**POLICY, "N": "0.5"}),
         text({"N": 0.5}), text({**POLICY, "NE": 0.5}), text([0.5] * 4), text(None), text(POLICY, "shadow"),
-        text(mode="open"), "", "no JSON", "[]", "7", "null", json.dumps({"mode": "closed", "policy": POLICY}),
+        text(mode="open"), "",
+        "[" * 100_000, '{"policy": ' + "[" * 100_000, "no JSON", "[]", "7", "null",
+        json.dumps({"mode": "closed", "policy": POLICY}),
     ],
 )  # fmt: skip
 def test_what_is_not_sound_is_refused_counted_and_noted_and_the_last_one_holds(network, policies, wrong):

@@ -280,7 +280,9 @@ def test_show_alone_lists_what_there_is(hrcneuro, smoke, tmp_path):
     other = hrcneuro("show", *given, "--set", "acquire.seed=5", "--set", "simulate.seed=5")
     assert (other.code, other.out) == (3, "")
     assert "with another one have: acquire s01" in other.err
-    assert hrcneuro("show", "--last", *given, "--set", "acquire.seed=5").out == done.out
+    # Other tests may have run stages that are no part of this study.
+    last = hrcneuro("show", "--last", *given, "--set", "acquire.seed=5").out.splitlines()
+    assert set(done.out.splitlines()) <= set(last)
     assert hrcneuro("show", "--workdir", tmp_path).code == 3
 
 

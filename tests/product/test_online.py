@@ -9,10 +9,11 @@ import pytest
 from live_lab import Lab
 from online_lab import Lab as Virtual
 from online_lab import decoder as virtual_decoder
-from online_lab import moves
+from online_lab import learner, moves
 
 from hrcneuro.io.decoders import write_decoder
 from hrcneuro.live.decisions import DecisionLog
+from hrcneuro.live.online import Online
 
 for _name, _extra in (("mne_lsl", "lsl"), ("pyxdf", "xdf")):
     pytest.importorskip(_name, reason=f"{_name} is not installed: hrcneuro[{_extra}]")
@@ -57,6 +58,39 @@ def test_a_replay_finds_the_log_of_its_session_and_says_whether_scores_are_equal
     assert (code, answer["ok"], answer["against_log"]["different"]) == (1, False, 1)
 
 
+def test_a_replay_finds_every_log_of_a_session_whose_loop_was_begun_again(tmp_path):
+    lab = Lab(tmp_path)
+    home = tmp_path / "recordings" / "s01"
+    session = Virtual(moves(episodes=2), folder=home / "one")
+    first, second = session.lines, []
+    session.network.on_wait.append(lambda now: begin_again(session, second, now))
+    session.run()
+    for name, lines in (("1-online", first), ("2-online", second), ("3-online", second[:4])):
+        (home / name).mkdir()
+        log = DecisionLog(home / name)
+        for line in lines:
+            log(line)
+        log.close()
+    (tmp_path / "made").mkdir()
+    write_decoder(virtual_decoder(), tmp_path / "made", about={})
+    code, answer, said = ran(lab, "--decoder", "made", "--replay", "recordings/s01/one", "--mode", "closed")
+    counts = answer["against_log"]
+    assert (code, counts["different"]) == (0, 0), said
+    scored = [sum(line.get("score") is not None for line in lines) for lines in (first, second)]
+    assert min(scored) > 2
+    assert counts["equal"] == sum(scored)
+
+
+def begin_again(session, lines, now):
+    """Let another loop take the place of the one that a session has had, at its second 8.5."""
+    if lines or now < session.begun + 8.5:
+        return
+    session.loop = Online(
+        session.network, session.network.clock, session.loop.eeg, virtual_decoder(), learner(), session.options,
+        subject="s01", publish=lambda text, stamp: None, log=lines.append,
+    )  # fmt: skip
+
+
 def test_what_is_missing_is_told_with_its_cure(recorded):
     lab, _ = recorded
     assert "hrcneuro calibrate" in ran(lab)[2]
@@ -64,6 +98,7 @@ def test_what_is_missing_is_told_with_its_cure(recorded):
         ((), 3, "calibrate of s01 has not run"),
         (("--decoder", "made", "--replay", "nowhere"), 3, "part1.xdf"),
         (("--decoder", "made", "--set", "online.wait_s=1"), 4, "the EEG is missing"),
+        (("--decoder", "made", "--replay", "recordings/s01/one", "--go-on"), 2, "--go-on with --replay"),
         (("--decoder", "made", "--mode", "open"), 2, "shadow, semi, closed"),
     ):
         got, _, err = ran(lab, *words)
@@ -85,6 +120,8 @@ def test_a_session_over_lsl_is_decided_until_ctrl_c(tmp_path):
             if found and found[0].count('"zero_from": "trigger"') >= 3:
                 break
             time.sleep(0.1)
+        code, _, told = ran(lab, "--mode", "closed")
+        assert (code, "a closed loop of s01 is running" in told) == (4, True), told
         loop.send_signal(signal.SIGINT)
         out, err = loop.communicate(timeout=30)
     assert loop.returncode == 0, err

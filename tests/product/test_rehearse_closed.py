@@ -6,6 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from hrcneuro.cli.rehearsing_real import _last_words
+
 pytest.importorskip("pyxdf", reason="needs the extra xdf")
 
 LAB = """
@@ -142,6 +144,24 @@ def test_in_shadow_each_makes_the_own_steps_and_the_learner_looks_on(hrcneuro, f
 def test_mistakes_are_told(hrcneuro, folder, words, code, said):
     done = rehearse(hrcneuro, folder, *words)
     assert (done.code, said in done.err) == (code, True), done.err
+
+
+def test_of_a_part_that_ended_the_problem_is_told_not_its_cure(tmp_path):
+    said = tmp_path / "online.txt"
+    for text, told in (
+        ("looking\nerror: the EEG is missing\n  cure: start it\n", "the EEG is missing"),
+        ("one\ntwo\n", "two"),
+        ("", "without a word"),
+    ):
+        said.write_text(text)
+        assert _last_words(said) == told
+
+
+@pytest.mark.parametrize("words", [("--sessions", "2"), ("--decoder", "somewhere")])
+def test_what_is_of_closed_blocks_is_refused_without_them(hrcneuro, tmp_path, words):
+    done = hrcneuro("rehearse", "s01", *words, "--workdir", tmp_path)
+    assert (done.code, f"{words[0]} without --closed" in done.err) == (2, True), done.err
+    assert not list(tmp_path.iterdir())
 
 
 def test_closed_blocks_need_the_loop(hrcneuro, tmp_path):

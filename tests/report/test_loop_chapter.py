@@ -1,6 +1,7 @@
 """The chapter on a closed loop: its numbers are those of the tables, and it says what is synthetic."""
 
 import re
+from dataclasses import astuple, replace
 
 import numpy as np
 import pandas as pd
@@ -10,8 +11,9 @@ from hrcneuro.analyses.loop_rows import loop_tables
 from hrcneuro.analyses.loop_sessions import as_measured, deadlines, loop_sessions
 from hrcneuro.learning import loop_scores
 from hrcneuro.learning.learners import kinds
-from hrcneuro.learning.loop import LoopModel
+from hrcneuro.learning.loop import LoopModel, simulate_loop
 from hrcneuro.learning.loop_decoders import anticipation
+from hrcneuro.learning.params import LEARNERS
 from hrcneuro.learning.rates import Rates
 from hrcneuro.paradigm.params import ClosedParams
 from hrcneuro.report.loop import chapter, null_of
@@ -21,10 +23,10 @@ CLOSED = ClosedParams(blocks=2, episodes_per_block=5)
 MODEL = LoopModel(kinds(alpha=0.05, ddof=0, horizon=40.0)["paper"], tau=0.1, closed=CLOSED)
 
 
-def tables(n=3, rates=70, **how):
+def tables(n=3, rates=70, subject="s01", **how):
     decoder = anticipation(Rates.level(rates))
     logs = [PlayedLogs(decoder, CLOSED, rng=np.random.default_rng([1, k]), **how) for k in range(n)]
-    parts = [loop_tables(one.experiment, one.decisions, subject="s01", session=str(k)) for k, one in enumerate(logs)]
+    parts = [loop_tables(one.experiment, one.decisions, subject=subject, session=str(k)) for k, one in enumerate(logs)]
     return [pd.concat(one) for one in zip(*parts, strict=True)]
 
 
@@ -70,6 +72,49 @@ def test_the_null_model_goes_as_what_was_played(written):
         cases = getattr(null, name).decisions.sum(axis=(0, 2))
         assert (cases > 0).all()
     assert set(null.sim1) == {"at these rates", "at the paper's"}
+
+
+def test_the_null_model_decides_as_rightly_as_was_measured_where_the_person_adapts():
+    """Measured by the person's own choice: what they came to expect is in the rates, and must not enter them twice."""
+    closed = ClosedParams(blocks=2, episodes_per_block=10, adapts=True)
+    tossing = replace(MODEL, closed=closed, floor=0.5)
+    drifting = simulate_loop(tossing, anticipation(Rates.level(100)), sessions=20, seed=2)
+    measured = loop_scores.pooled_rates(drifting)
+    steps, _ = tables(1)
+    null = simulate_loop(as_measured(tossing, steps), anticipation(measured), sessions=20, seed=3)
+    assert max(astuple(measured)) < 90
+    assert astuple(loop_scores.pooled_rates(null)) == pytest.approx(astuple(measured), abs=4)
+
+
+def test_each_subject_has_a_null_model_of_the_own_rates():
+    """One subject's decoder is always right, another's always wrong: no mean of the two would learn as they do."""
+    parts = [tables(3, rates=rates, subject=name) for name, rates in (("s01", 100), ("s02", 0))]
+    steps, episodes = (pd.concat(both) for both in zip(*parts, strict=True))
+    null = null_of(steps, episodes, MODEL, sessions=8, repetitions=2, seed=1)
+    ends = loop_scores.accuracy(null.null)[:, -1]
+    assert len(ends) == 8
+    assert ends[:4].min() > 0.6
+    assert ends[4:].max() < 0.4
+
+
+@pytest.mark.parametrize("claimed", [Rates.level(50), Rates.level(80), None])
+def test_the_null_models_learner_weighs_answers_by_the_rates_that_the_decoder_claimed(claimed):
+    steps, episodes = tables(2, learner="bayes")
+    bayes = replace(MODEL, kind=kinds(alpha=0.05, ddof=0, horizon=40.0)["bayes"])
+    null = null_of(steps, episodes, bayes, sessions=3, repetitions=2, seed=1, claimed=claimed)
+    heard = {name: bool(np.abs(getattr(null, name).policies - 0.5).max() > 0.01) for name in ("null", "independent")}
+    # Without a claim, answers that know nothing weigh nothing.
+    assert heard == {"null": claimed != Rates.level(50), "independent": claimed == Rates.level(80)}
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_sim1_stands_beside_every_learner(name, tmp_path):
+    steps, episodes = tables(2, learner=name)
+    like = replace(MODEL, kind=kinds(alpha=0.05, ddof=0, horizon=40.0)[name])
+    null = null_of(steps, episodes, like, sessions=2, repetitions=20, seed=1)
+    ends = [curve.mean[-1] for curve in null.sim1.values()]
+    assert len(ends) == 2
+    assert all(0.5 < end < 1 for end in ends)
 
 
 def test_one_session_has_no_intervals_and_without_its_rates_no_null_model(tmp_path):
