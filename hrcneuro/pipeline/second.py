@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 
 from hrcneuro.cache import transfer
@@ -21,8 +22,10 @@ FORMATS: transfer.Formats = {
 }
 """What stages and drawings write, by suffix: the bytes that it begins and ends with. Nothing of it is run as code."""
 
-# The buckets of this process; None where one could not be read: each further try would wait for the network again.
-_buckets: dict[str, Bucket | None] = {}
+# The buckets of this process, and when one last could not be read: each try waits for the network.
+_buckets: dict[str, Bucket] = {}
+_silent: dict[str, float] = {}
+_AGAIN_S = 60.0
 
 
 def named(given: str | None) -> str:
@@ -43,13 +46,13 @@ def take(url: str, store: Store, entry: Entry, tell: Callable[[str], None]) -> R
     if url not in _buckets:
         _buckets[url] = Bucket(url)
     bucket = _buckets[url]
-    if bucket is None:
+    if url in _silent and time.monotonic() - _silent[url] < _AGAIN_S:
         return None
     try:
         return transfer.take(store, bucket, entry, formats=FORMATS)
     except StageError as error:
-        _buckets[url] = None
-        tell(f"computed here, as all that follows: {error.problem}")
+        _silent[url] = time.monotonic()
+        tell(f"computed here, as what follows within {_AGAIN_S:.0f} s: {error.problem}")
     except HrcError as error:
         tell(f"computed here: of {bucket} {error.problem}")
     return None
