@@ -186,6 +186,11 @@ def test_a_slim_study_stands_as_before_and_makes_again_what_is_read(hrcneuro, ma
     assert set(run(hrcneuro, made, two).states.values()) == {"hit"}
     assert hrcneuro("cache", "verify", *given).code == 0
     assert hrcneuro("report", *given).code == 0
+    for last in ([], ["--last"]):
+        asked = hrcneuro("path", "epoch", "s02", "s02_epo.fif", *given, *last)
+        assert asked.code == 3
+        assert "s02_epo.fif of epoch of s02 was dropped to save disk" in asked.err
+        assert "hrcneuro epoch s02 makes it again" in asked.err
     # A stage that reads them makes them again, of those that it reads; what it stands on stays as it was.
     again = hrcneuro("erp", "s01", "--no-figures", *given, "--json")
     assert again.states == {"acquire s01": "ran", "preprocess s01": "ran", "epoch s01": "ran", "erp s01": "ran"}
