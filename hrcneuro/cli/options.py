@@ -42,6 +42,14 @@ class Options:
         str,
         typer.Option(help=f"Where jobs run: {WHERE}.", autocompletion=completion.executors),
     ] = "auto"
+    second_cache: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="URL",
+            help="A second cache (s3://, ssh://, file:// or a folder): what it has is taken from there and not run.",
+        ),
+    ] = None
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would run and why; run nothing.")] = False
     force: Annotated[bool, typer.Option("--force", help="Run what is named even if it is up to date.")] = False
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Compute numbers alone; draw nothing.")] = False

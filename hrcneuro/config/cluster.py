@@ -31,13 +31,15 @@ class ClusterOptions:
         2, "how often a job is sent again whose worker was lost, or ran out of time or memory", low=0, high=99
     )
     stages: dict[str, StageResources] = option({}, "stages that need other values, [cluster.stages.NAME]")
-    scheduler: str = option("", "address of a dask scheduler, as tcp://host:8786; empty: workers on this machine")
+    scheduler: str = option(
+        "", "address of a dask scheduler, as tcp://host:8786; empty: workers on this machine", private=True
+    )
     wait_s: float = option(
         60.0, "so long a dask scheduler may be without any worker, or SLURM without an answer", low=1.0, unit="s"
     )
     partition: str = option("", "SLURM's partition; empty: its default")
-    account: str = option("", "SLURM's account; empty: its default")
-    sbatch: dict[str, str] = option({}, 'further options of sbatch, such as { qos = "low" }')
+    account: str = option("", "SLURM's account; empty: its default", private=True)
+    sbatch: dict[str, str] = option({}, 'further options of sbatch, such as { qos = "low" }', private=True)
 
 
 def check_cluster(options: ClusterOptions) -> list[str]:

@@ -1,5 +1,5 @@
 """Where jobs run: in this process, in worker processes on this machine (both here), or on other machines
-(``elsewhere``). Each has the shape of concurrent.futures.
+(``cluster``). Each has the shape of concurrent.futures.
 
 The worker pool is our own. Held against pebble 5.2 and loky 3.7, which were given all that their public interfaces let
 one add (``benchmarks/bench_pool.py``; docs/benchmarks.md has the figures), it is kept for three reasons:
@@ -33,7 +33,7 @@ from hrcneuro.pipeline import job
 from hrcneuro.pipeline.item import State
 
 if TYPE_CHECKING:
-    from hrcneuro.pipeline.elsewhere import Site
+    from hrcneuro.pipeline.cluster import Site
 
 NAMES = ("auto", "serial", "processes", "dask", "slurm")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
@@ -182,11 +182,11 @@ def create(name: str, workers: int, site: Callable[[], Site] | None = None) -> E
     job.one_thread()
     if name in ("dask", "slurm"):
         assert site is not None
-        return _elsewhere(name, site())
+        return _on_cluster(name, site())
     return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)
 
 
-def _elsewhere(name: str, site: Site) -> Executor:
+def _on_cluster(name: str, site: Site) -> Executor:
     # Loaded where they are asked for: both come with libraries of their own.
     if name == "dask":
         from hrcneuro.pipeline.on_dask import Dask

@@ -13,14 +13,14 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from hrcneuro.errors import ConfigError
-from hrcneuro.pipeline.elsewhere import Elsewhere, Site, Trip
+from hrcneuro.pipeline.cluster import Cluster, Site, Trip
 from hrcneuro.pipeline.worker import work
 
 _CONNECT_S = 5.0
 _LOOK_S = 1.0
 
 
-class Dask(Elsewhere):
+class Dask(Cluster):
     """Sends jobs to a dask scheduler.
 
     A worker that dies costs the scheduler nothing: it gives the job to another one and does not say so. So whoever

@@ -15,7 +15,7 @@ from typing import Any
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline import slurm_queue
-from hrcneuro.pipeline.elsewhere import Elsewhere, Site, Trip
+from hrcneuro.pipeline.cluster import Cluster, Site, Trip
 from hrcneuro.pipeline.item import State
 from hrcneuro.pipeline.worker import Answer, Ticket, work
 
@@ -50,7 +50,7 @@ class _Gathered:
     since: float = 0.0
 
 
-class Slurm(Elsewhere):
+class Slurm(Cluster):
     """Sends jobs to SLURM, those that may use the same in one array."""
 
     def __init__(self, site: Site) -> None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import functools
-import re
 import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import __version__
-
-_ADDRESS = re.compile(r"\b(\w[\w+.-]*)://[^\s'\"]+")
+from hrcneuro.pipeline.anonymous import command_line
 
 
 @functools.cache
@@ -28,23 +25,6 @@ def provenance() -> Mapping[str, Any]:
         "dirty": bool(_git(folder, "status", "--porcelain", "--untracked-files=no")) if commit else None,
         "command": command_line(),
     }
-
-
-def command_line() -> str:
-    """Return how this process was called; of a path only its last part, of an address none."""
-    return " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])])
-
-
-def without_addresses(text: str) -> str:
-    """Return a text in which of every address only the scheme is left: ``tcp://…``."""
-    return _ADDRESS.sub(r"\1://…", text)
-
-
-def _anonymous(argument: str) -> str:
-    if "://" in argument:
-        return without_addresses(argument)
-    name, equals, value = argument.partition("=")
-    return f"{name}={_anonymous(value)}" if equals else Path(argument).name if "/" in argument else argument
 
 
 def _git(folder: Path, *arguments: str) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hrcneuro.config.cluster import ClusterOptions, StageResources
-from hrcneuro.errors import DataError
 from hrcneuro.pipeline.graph import Task
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.measured import Measured, Place
 
 # Where nothing has been recorded: a subject of the paper's size took 0.9 GB (docs/benchmarks.md) and some minutes.
 _UNKNOWN_GB, _UNKNOWN_MIN = 2.0, 60
@@ -33,27 +32,13 @@ class Resources:
         return replace(self, memory_gb=2 * self.memory_gb) if what == "memory" else self
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The most that any unit of a stage took when it last ran."""
-
-    peak_mb: float
-    seconds: float
-
-
-def measured(workdir: Workdir, tasks: Iterable[Task]) -> dict[str, Measured]:
-    """Return what each stage, and its pictures, took at most, of those that have run."""
-    most: dict[str, Measured] = {}
-    for task in tasks:
-        try:
-            provenance = workdir.record(task.name, task.unit).provenance
-        except DataError:
-            continue
-        peak_mb, seconds = provenance.get("peak_rss_mb"), provenance.get("seconds")
-        if isinstance(peak_mb, int | float) and isinstance(seconds, int | float):
-            before = most.get(task.name, Measured(0.0, 0.0))
-            most[task.name] = Measured(max(before.peak_mb, peak_mb), max(before.seconds, seconds))
-    return most
+def most(known: Mapping[Place, Measured]) -> dict[str, Measured]:
+    """Return the most that any unit of each stage, and of its pictures, took."""
+    found: dict[str, Measured] = {}
+    for (name, _), one in known.items():
+        before = found.get(name, Measured())
+        found[name] = Measured(max(before.seconds, one.seconds), max(before.peak_mb, one.peak_mb))
+    return found
 
 
 def resources(task: Task, options: ClusterOptions, known: Mapping[str, Measured]) -> Resources:

@@ -11,10 +11,9 @@ import contextlib
 import datetime
 import json
 import platform
-import re
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -23,28 +22,30 @@ from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import params
 from hrcneuro.errors import HrcError
+from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.pipeline.item import Item, State
-from hrcneuro.pipeline.provenance import without_addresses
 
 KEEP = 50
-_ABSOLUTE = re.compile(r"(?<![\w.~/])~?/(?:[^\s/'\"]+/)+")
+# Words of the program and of the study, though a machine may be called the same.
+_NAMES = {"command", "stage", "unit", "state", "states", "key", "study", "config", "utc", "outcome", "file"}
 
 
 class RunLog:
     """Writes lines to a file; a log that cannot be written is no reason to stop a study."""
 
-    def __init__(self, file: TextIO | None) -> None:
+    def __init__(self, file: TextIO | None, hidden: Sequence[str] = ()) -> None:
+        """Write to a file; ``hidden`` is what must not be in it, such as folders."""
         self._file = file
+        self._hidden = hidden
         self._start = time.perf_counter()
 
     def write(self, event: str, **values: Any) -> None:
         """Append one line, and hand it to the operating system, so that a killed run leaves what it knew."""
         if self._file is None:
             return
-        line = {"event": event, "at_s": round(time.perf_counter() - self._start, 3), **values}
+        line = {"event": event, "at_s": round(time.perf_counter() - self._start, 3), **self._clean(values)}
         with contextlib.suppress(OSError):
-            text = without_addresses(json.dumps(line, ensure_ascii=False))
-            self._file.write(_ABSOLUTE.sub("…/", text) + "\n")
+            self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
             self._file.flush()
 
     def item(self, item: Item) -> None:
@@ -54,6 +55,13 @@ class RunLog:
         also = {**seconds, **error, **({"lost": item.lost} if item.lost else {})}
         self.write("item", stage=item.stage, unit=item.unit, state=item.state, key=item.key, why=item.why, **also)
 
+    def _clean(self, value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {name: one if name in _NAMES else self._clean(one) for name, one in value.items()}
+        if isinstance(value, list | tuple):
+            return [self._clean(one) for one in value]
+        return anonymous(value, self._hidden) if isinstance(value, str) else value
+
     def end(self, items: Iterable[Item], code: int) -> None:
         """Log how a run that came to its end ended."""
         states = Counter(item.state for item in items)
@@ -61,10 +69,15 @@ class RunLog:
 
 
 @contextlib.contextmanager
-def recorded(results: Path, command: str, settings: Settings, line: str) -> Iterator[RunLog]:
-    """Yield the log of a run; its last line says whether it came to an end, was interrupted or failed."""
+def recorded(
+    results: Path, command: str, settings: Settings, line: str, *, hidden: Sequence[str] = ()
+) -> Iterator[RunLog]:
+    """Yield the log of a run; its last line says whether it came to an end, was interrupted or failed.
+
+    ``hidden`` is what must not be in it, such as folders.
+    """
     file = _open(results / "log", command)
-    log = RunLog(file)
+    log = RunLog(file, hidden)
     log.write(
         "start",
         command=command,

@@ -11,7 +11,7 @@ from typing import Any
 
 from hrcneuro.cache.disk import guarded
 from hrcneuro.cache.placed import PlacedStudy, read_id
-from hrcneuro.cache.record import Entry, Record, is_key, read_record
+from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.cache.studies import Studies
 from hrcneuro.contract import GROUP, SWEEP
@@ -136,6 +136,7 @@ class Workdir:
             names = [*names, *drawn]
         if name not in names:
             raise DataError(f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(names))}")
+        refuse_dropped(folder, stage, unit, name)
         return folder / name
 
     def summary(self, stage: str, unit: str) -> Mapping[str, Any]:
@@ -181,6 +182,19 @@ class Workdir:
             return _parsed(self._pointer_path(stage, unit))
         except OSError:
             return {}
+
+
+def refuse_dropped(folder: Path, stage: str, unit: str, name: str) -> None:
+    """Refuse a file of an entry that was dropped to save disk.
+
+    Raises:
+        DataError: It was.
+    """
+    if name in dropped(folder):
+        own = "" if unit == GROUP else f" {unit}"
+        raise DataError(
+            f"{name} of {stage} of {unit} was dropped to save disk", cure=f"hrcneuro {stage}{own} makes it again"
+        )
 
 
 def _parsed(path: Path) -> dict[str, Any]:

@@ -54,6 +54,8 @@ class Answer:
         begun: How many workers have begun the job, with this one.
         seconds: How long it took.
         error, trace: What it failed of, and where.
+        pulled: Whether its entry came from the second cache.
+        told: What a person should know of it besides.
         given_up: Whether it was not begun once more, as all workers that had begun it were lost.
     """
 
@@ -62,12 +64,15 @@ class Answer:
     seconds: float = 0.0
     error: HrcError | None = None
     trace: str = ""
+    pulled: bool = False
+    told: tuple[str, ...] = ()
     given_up: bool = False
 
 
 def work(ticket: Ticket) -> Answer:
     """Compute a ticket's job in this process and publish its entry."""
     job = ticket.job
+    told: list[str] = []
     try:
         _see_the_run(ticket)
         with _one_at_a_time:
@@ -75,10 +80,12 @@ def work(ticket: Ticket) -> Answer:
             if ticket.tries and begun > ticket.tries:
                 return Answer(State.FAILED, begun - 1, given_up=True)
             _be_alike(job)
-            outcome = jobs.execute(job)
+            outcome = jobs.execute(job, told.append)
     except HrcError as error:
         return Answer(State.FAILED, error=error)
-    return Answer(outcome.state, begun, outcome.seconds, outcome.error, outcome.trace)
+    return Answer(
+        outcome.state, begun, outcome.seconds, outcome.error, outcome.trace, pulled=outcome.pulled, told=tuple(told)
+    )
 
 
 @contextlib.contextmanager

@@ -16,15 +16,18 @@ class Lab:
     def __init__(self, folder):
         self.folder = folder
         self.workers = []
+        self.started = 0
         self.scheduler = self._start("scheduler", "--port", "0", "--no-dashboard")
         file = folder / "scheduler.json"
         wait_for(lambda: file.exists() and file.read_text().strip().endswith("}"))
         self.address = json.loads(file.read_text())["address"]
 
     def add_worker(self, **environment):
-        """Start one more worker and return its process."""
+        """Start one more worker and return its process, once the scheduler knows it."""
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", self.folder)
         self.workers.append(self._start("worker", *options, **environment))
+        log = self.folder / f"worker-{self.started}.log"
+        wait_for(lambda: "Registered to" in log.read_text())
         return self.workers[-1]
 
     def end(self):
@@ -34,7 +37,8 @@ class Lab:
             process.wait()
 
     def _start(self, what, *options, **environment):
-        with (self.folder / f"{what}-{len(self.workers)}.log").open("w") as log:
+        self.started += 1
+        with (self.folder / f"{what}-{self.started}.log").open("w") as log:
             return subprocess.Popen(
                 [
                     *(sys.executable, "-m", f"distributed.cli.dask_{what}"),

@@ -8,7 +8,8 @@ from hrcneuro.config.cluster import ClusterOptions, StageResources
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.job import execute
-from hrcneuro.pipeline.resources import Measured, Resources, measured, resources
+from hrcneuro.pipeline.measured import Measured, measured
+from hrcneuro.pipeline.resources import Resources, most, resources
 
 ERP = Task.of("erp", "s01")
 
@@ -19,7 +20,7 @@ def test_what_nobody_has_said_or_measured_is_generous():
 
 @pytest.mark.parametrize(
     ("last", "memory_gb", "minutes"),
-    [(Measured(100.0, 2.0), 1.0, 5), (Measured(1024.0, 600.0), 1.5, 30), (Measured(1500.0, 601.0), 2.5, 31)],
+    [(Measured(2.0, 100.0), 1.0, 5), (Measured(600.0, 1024.0), 1.5, 30), (Measured(601.0, 1500.0), 2.5, 31)],
 )
 def test_what_was_measured_is_asked_for_with_room_above_it(last, memory_gb, minutes):
     found = resources(ERP, ClusterOptions(), {"erp": last, "ersp": Measured(9e9, 9e9)})
@@ -29,7 +30,7 @@ def test_what_was_measured_is_asked_for_with_room_above_it(last, memory_gb, minu
 
 def test_a_stage_s_own_values_go_before_those_for_all_and_these_before_measurements():
     options = ClusterOptions(memory_gb=3.0, minutes=7, retries=1, stages={"erp": StageResources(memory_gb=9.0)})
-    known = {"erp": Measured(500.0, 5.0)}
+    known = {"erp": Measured(5.0, 500.0)}
     assert resources(ERP, options, known) == Resources(9.0, 7, 1)
     assert resources(Task.of("ersp", "s01"), options, known) == Resources(3.0, 7, 1)
     assert resources(Task.drawing("erp", "s01"), options, known).memory_gb == 9.0
@@ -39,11 +40,19 @@ def test_a_stage_s_own_values_go_before_those_for_all_and_these_before_measureme
 
 def test_records_are_measured_and_what_never_ran_is_not(tmp_path):
     job, workdir = one_job(tmp_path)
-    assert measured(workdir, [job.task]) == {}
+    places = [("acquire", "s01"), ("acquire", "s02")]
+    assert measured(workdir, places) == {}
     workdir.point(execute(job).record)
-    found = measured(workdir, [job.task, Task.of("acquire", "s02")])["acquire"]
+    (found,) = measured(workdir, places).values()
     assert found.peak_mb > 50
     assert 0 < found.seconds < 60
+    files = [p for p in workdir.artifact("acquire", "s01").iterdir() if p.name != "record.json"]
+    assert found.size == sum(p.stat().st_size for p in files)
+
+
+def test_a_stage_is_known_by_the_most_that_any_of_its_units_took():
+    known = {("erp", "s01"): Measured(1.0, 200.0), ("erp", "s02"): Measured(3.0, 100.0), ("ersp", "s01"): Measured(2.0)}
+    assert most(known) == {"erp": Measured(3.0, 200.0), "ersp": Measured(2.0)}
 
 
 def test_the_configuration_gives_a_stage_values_of_its_own_and_names_what_is_no_stage(tmp_path):

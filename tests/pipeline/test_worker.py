@@ -10,6 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from one_job import one_job
 
+from hrcneuro.cache import transfer
+from hrcneuro.cache.bucket import Bucket
+from hrcneuro.cache.disk import remove
 from hrcneuro.cache.store import Store
 from hrcneuro.pipeline import worker
 from hrcneuro.pipeline.item import State
@@ -40,6 +43,24 @@ def test_a_worker_publishes_and_its_answer_and_ticket_are_small(job, run):
     assert len(pickle.dumps(answer)) < 1_000
     assert len(pickle.dumps(ticket)) < 100_000
     assert work(ticket).state is State.HIT
+
+
+def test_a_worker_reads_through_the_second_cache_and_tells_what_was_wrong_there(job, run, tmp_path):
+    pytest.importorskip("fsspec", reason="the extra remote is not installed")
+    store, bucket = Store(job.root), Bucket(str(tmp_path / "bucket"))
+    entry = (job.task.name, job.task.unit, job.key)
+    assert work(Ticket(job, run.name)).state is State.RAN
+    assert [one.error for one in transfer.push(store, bucket, [entry])] == [None]
+    reading = Ticket(dataclasses.replace(job, second_cache=bucket.url), run.name)
+    remove(store.folder(*entry))
+    answer = work(reading)
+    assert (answer.state, answer.pulled, answer.told) == (State.HIT, True, ())
+    for file in (p for p in (tmp_path / "bucket" / "files").rglob("*") if p.is_file()):
+        file.write_bytes(b"x" * file.stat().st_size)
+    remove(store.folder(*entry))
+    answer = work(reading)
+    assert (answer.state, answer.pulled) == (State.RAN, False)
+    assert "has changed" in " ".join(answer.told)
 
 
 def test_without_the_run_s_file_nothing_is_computed(job, tmp_path):

@@ -62,7 +62,22 @@ def test_two_workers_make_the_same_bytes_under_the_same_keys_as_one_process(hrcn
     told = [*(tiny / "there").glob("cache/*/*/*/record.json"), *(tiny / "there").glob("results/log/*")]
     assert len(told) == 8
     assert [path for path in told if lab.address.rpartition("/")[2] in path.read_text()] == []
-    assert all("cluster.scheduler=tcp://" in path.read_text() for path in told)
+    assert all("cluster.scheduler=" in path.read_text() for path in told)
+
+
+def test_workers_take_from_the_second_cache_what_it_has_and_say_what_it_has_not_whole(hrcneuro, lab, tiny):
+    pytest.importorskip("fsspec", reason="the extra remote is not installed")
+    for command in ((*RUN, "--executor", "serial"), ("cache", "push", tiny / "bucket")):
+        assert hrcneuro(*command, "--workdir", "here", cwd=tiny).code == 0
+    one = next(p for p in (tiny / "bucket" / "files").rglob("*") if p.is_file())
+    one.write_bytes(b"x" * one.stat().st_size)
+    there = hrcneuro(*RUN, "--executor", "dask", "--workdir", "there", *at(lab), "--from", tiny / "bucket", cwd=tiny)
+    assert there.code == 0, there.err
+    assert sorted(there.states.values()).count("ran") == 1
+    assert f"{len(there.states) - 1} results were taken from" in there.err
+    assert "computed here: of " in there.err
+    assert "has changed" in there.err
+    assert artifacts(tiny / "here") == artifacts(tiny / "there") != {}
 
 
 def test_a_worker_killed_in_mid_stage_costs_its_job_alone_which_another_does(hrcneuro, lab, tiny, begin):

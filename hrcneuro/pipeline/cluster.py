@@ -70,7 +70,7 @@ class Trip:
     tries: int = 0
 
 
-class Elsewhere(ABC):
+class Cluster(ABC):
     """Sends jobs to an engine that has workers on other machines; an executor of the pipeline."""
 
     def __init__(self, site: Site) -> None:
@@ -109,7 +109,7 @@ class Elsewhere(ABC):
         self.send(trip)
         return trip.future
 
-    def __enter__(self) -> Elsewhere:
+    def __enter__(self) -> Cluster:
         with contextlib.ExitStack() as exits:
             self.folder = exits.enter_context(run_folder(self.site.root, self.run))
             self.open()
@@ -133,6 +133,8 @@ class Elsewhere(ABC):
     def arrived(self, trip: Trip, answer: Answer) -> None:
         """Settle a trip with its answer."""
         lost = answer.begun if answer.given_up else answer.begun - 1
+        for text in answer.told:
+            self.site.tell(f"{trip.job.task}: {text}")
         # Where the engine sent it again by itself.
         trip.lost += ["its worker was lost"] * (lost - len(trip.lost))
         if answer.given_up:
@@ -145,7 +147,7 @@ class Elsewhere(ABC):
             except HrcError as error:
                 self.fail(trip, error)
             else:
-                self._settle(trip, Outcome(answer.state, record, answer.seconds))
+                self._settle(trip, Outcome(answer.state, record, answer.seconds, pulled=answer.pulled))
 
     def lost(self, trip: Trip, reason: str, *, ran_out_of: str = "", preempted: bool = False) -> None:
         """Send a trip again that brought no answer, or settle it where it was lost too often.

@@ -4,15 +4,15 @@ import pytest
 from one_job import one_job
 
 from hrcneuro.config.cluster import ClusterOptions
-from hrcneuro.pipeline import elsewhere
-from hrcneuro.pipeline.elsewhere import Elsewhere, Site
+from hrcneuro.pipeline import cluster
+from hrcneuro.pipeline.cluster import Cluster, Site
 from hrcneuro.pipeline.item import State
 from hrcneuro.pipeline.job import execute
 from hrcneuro.pipeline.resources import Resources
 from hrcneuro.pipeline.worker import Answer, work
 
 
-class Engine(Elsewhere):
+class Engine(Cluster):
     """Loses a job as often as it is told to, then runs it here."""
 
     def __init__(self, site, *losses):
@@ -77,7 +77,7 @@ def test_what_is_lost_too_often_is_named_with_its_causes_and_a_cure(job):
 
 
 def test_an_answer_without_an_entry_in_the_cache_is_no_result(job, monkeypatch):
-    monkeypatch.setattr(elsewhere, "_SEEN_AFTER_S", 0.0)
+    monkeypatch.setattr(cluster, "_SEEN_AFTER_S", 0.0)
     monkeypatch.setitem(globals(), "work", lambda ticket: Answer(State.RAN))
     done, _ = outcome(job)
     assert done.state is State.FAILED
