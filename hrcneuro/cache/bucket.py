@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from hrcneuro.cache.disk import flush
-from hrcneuro.cache.record import LARGEST_RECORD, Entry, is_entry
+from hrcneuro.cache.disk import LARGEST, flush
+from hrcneuro.cache.record import Entry, is_entry
 from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
 
 PROTOCOLS = ("file", "memory", "s3", "sftp", "ssh")
@@ -80,8 +80,8 @@ class Bucket:
         about = self._about(path)
         if about is None:
             return None
-        self._refuse(path, about, most=LARGEST_RECORD)
-        return b"".join(self._chunks(path, LARGEST_RECORD))
+        self._refuse(path, about, most=LARGEST)
+        return b"".join(self._chunks(path, LARGEST))
 
     def has(self, sha256: str, size: int) -> bool:
         """Return whether a file of this hash and size is there; its content is not looked at.

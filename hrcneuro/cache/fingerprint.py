@@ -15,7 +15,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.cache.disk import read_file
+
 _SETTLED_NS = 2_000_000_000
+_LARGEST_MEMO = 2**30
 
 
 def digest(value: Any) -> str:
@@ -37,7 +40,7 @@ class Memo:
         self.path = path
         self.changed = False
         try:
-            known = json.loads(path.read_text(encoding="utf-8"))
+            known = json.loads(read_file(path, most=_LARGEST_MEMO))
         except (OSError, ValueError):
             known = {}
         # Names that are no digests are of an older version, and tell the machine's folders.

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from hrcneuro.cache import fingerprint
+from hrcneuro.cache.disk import LARGEST, read_file
 
 RECORD = "record.json"
 SLIM = ".slim"
@@ -22,8 +23,6 @@ _KEY = re.compile("[0-9a-f]{16}")
 _SHA256 = re.compile("[0-9a-f]{64}")
 # A stage's or a unit's name, and each part of a file's: nothing that leads elsewhere, or that hides.
 _NAME = re.compile(r"[\w-][^\x00-\x1f\x7f/\\]{0,199}")
-LARGEST_RECORD = 16 * 2**20
-"""So many bytes a record may have; the largest of the paper's study has 17,000."""
 _MOST_FILES = 10_000
 
 Entry = tuple[str, str, str]
@@ -69,11 +68,7 @@ def write_record(folder: Path, record: Record) -> None:
 def read_record(folder: Path) -> Record | None:
     """Return the record of an entry, or None where it is missing, unreadable or not as it was written."""
     try:
-        with open(f"{folder}/{RECORD}", "rb") as file:
-            # Not read with the limit for a length, which would take that much memory each time.
-            if os.fstat(file.fileno()).st_size > LARGEST_RECORD:
-                return None
-            return parse_record(file.read())
+        return parse_record(read_file(f"{folder}/{RECORD}"))
     except (OSError, ValueError):
         return None
 
@@ -84,8 +79,8 @@ def parse_record(data: bytes) -> Record:
     Raises:
         ValueError: It is not as it was written, or names files that lie outside its entry or cannot be together.
     """
-    if len(data) > LARGEST_RECORD:
-        raise ValueError(f"it has more than {LARGEST_RECORD} bytes")
+    if len(data) > LARGEST:
+        raise ValueError(f"it has more than {LARGEST} bytes")
     try:
         content = json.loads(data)
         seal = content.pop("seal")
@@ -142,8 +137,7 @@ def is_entry(entry: tuple[str, ...]) -> bool:
 def dropped(folder: Path) -> frozenset[str]:
     """Return the names of an entry's files that were dropped to save disk and are not there."""
     try:
-        with open(f"{folder}/{SLIM}", "rb") as file:
-            names = json.loads(file.read(LARGEST_RECORD))
+        names = json.loads(read_file(f"{folder}/{SLIM}"))
     except (OSError, ValueError, RecursionError):
         return frozenset()
     told = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []

@@ -18,7 +18,8 @@ from pathlib import Path, PurePosixPath
 
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.bucket import Bucket
-from hrcneuro.cache.record import LARGEST_RECORD, PULLED, RECORD, Entry, Record, dropped, is_entry, parse_record
+from hrcneuro.cache.disk import LARGEST, read_file
+from hrcneuro.cache.record import PULLED, RECORD, Entry, Record, dropped, is_entry, parse_record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import DataError, HrcError, StageError
 
@@ -72,7 +73,7 @@ def _push_one(store: Store, bucket: Bucket, entry: Entry, there: set[Entry], *, 
     if dropped(folder):
         return Moved(entry, Fate.SLIM)
     try:
-        data = (folder / RECORD).read_bytes()
+        data = read_file(folder / RECORD)
         record = parse_record(data)
     except (OSError, ValueError) as error:
         raise DataError(f"its record cannot be read: {error}", cure="hrcneuro cache verify") from error
@@ -209,7 +210,7 @@ def _check_format(path: Path, name: str, formats: Formats) -> None:
 def _is_json(path: Path) -> bool:
     """Return whether a file is JSON that a reader can take: of moderate size, and not nested without end."""
     try:
-        if path.stat().st_size > LARGEST_RECORD:
+        if path.stat().st_size > LARGEST:
             return False
         json.loads(path.read_bytes())
     except (ValueError, RecursionError):

@@ -135,7 +135,7 @@ class Console:
     ) -> int:
         """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code.
 
-        What is ``planned`` only closes on standard output, as it is what was asked for; ``disk`` is what it wants of it.
+        What is ``planned`` only closes on standard output, as it is what was asked for; ``disk`` is what it needs.
         """
         items = list(items)
         if self.as_json:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import guarded
+from hrcneuro.cache.disk import guarded, read_file
 from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
@@ -63,9 +63,9 @@ class Workdir:
             sort_keys=True,
         )
         try:
-            if path.read_text(encoding="utf-8") == text:
+            if read_file(path) == text.encode():
                 return
-        except (OSError, UnicodeDecodeError):
+        except OSError:
             pass
         with guarded(self.results):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -204,7 +204,7 @@ def _parsed(path: Path) -> dict[str, Any]:
         OSError: It cannot be read.
     """
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(read_file(path))
     except (ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

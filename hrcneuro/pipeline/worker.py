@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hrcneuro.cache import fingerprint, why
-from hrcneuro.cache.disk import guarded, make_folder, remove, share
+from hrcneuro.cache.disk import guarded, make_folder, read_file, remove, share
 from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.pipeline import job as jobs
 from hrcneuro.pipeline import keys
@@ -120,7 +120,7 @@ def _see_the_run(ticket: Ticket) -> None:
     """
     root = ticket.job.root
     try:
-        seen = (root / RUNS / ticket.run / MARK).read_text(encoding="utf-8")
+        seen = read_file(root / RUNS / ticket.run / MARK).decode(errors="replace")
     except OSError as error:
         raise ConfigError(
             f"a worker does not see the run's file in the cache {root}: {error.strerror}",

@@ -1,4 +1,4 @@
-"""What SLURM says of a job that left no answer, and what becomes of its task (with a SLURM: product/slurm_study.py)."""
+"""What SLURM says of a job that left no answer, and what becomes of its task (with a SLURM: chaos/slurm_study.py)."""
 
 import pytest
 

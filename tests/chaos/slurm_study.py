@@ -1,4 +1,4 @@
-"""Studies on a SLURM cluster of one node, started here: ``python tests/product/slurm_study.py [PIPELINE]``.
+"""Studies on a SLURM cluster of one node, started here: ``python tests/chaos/slurm_study.py [PIPELINE]``.
 
 First a pipeline, smoke without a name, whose artifacts must be, byte for byte, those of one process. Then a tiny study
 of four subjects: one job is cancelled, one hangs until its time is over, one is queued again by SLURM as a preempted
