@@ -10,7 +10,6 @@ import contextlib
 import functools
 import os
 import threading
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,11 +91,11 @@ def work(ticket: Ticket) -> Answer:
 def run_folder(root: Path, run: str) -> Iterator[Path]:
     """Yield the folder of a run in the cache at ``root``: what workers elsewhere look for; it is gone afterwards."""
     folder = root / RUNS / run
-    _drop_old(root)
     with guarded(root):
         make_folder(folder, root)
         (folder / MARK).write_text(run, encoding="utf-8")
         share(folder / MARK, root)
+    _drop_old(folder)
     try:
         yield folder
     finally:
@@ -104,11 +103,14 @@ def run_folder(root: Path, run: str) -> Iterator[Path]:
             remove(folder)
 
 
-def _drop_old(root: Path) -> None:
-    """Remove the folders that killed runs have left; jobs of a younger one may still be under way."""
-    for folder in (root / RUNS).glob("*"):
+def _drop_old(mine: Path) -> None:
+    """Remove the folders that killed runs have left; jobs of a younger one may still be under way.
+
+    How old one is the disk's own clock says, which has just dated ours: this machine's may go wrong by years.
+    """
+    for folder in mine.parent.glob("*"):
         with contextlib.suppress(OSError):
-            if time.time() - folder.stat().st_mtime > _KEPT_S:
+            if mine.stat().st_mtime - folder.stat().st_mtime > _KEPT_S:
                 remove(folder)
 
 

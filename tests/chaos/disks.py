@@ -14,7 +14,7 @@ import time
 
 from study import RUN, check, complete, fresh, reference  # first: it makes the helpers importable
 
-from quick import Quick  # isort: skip
+from quick import Quick, Unprivileged  # isort: skip
 from table import Fault, Lost, tell
 
 NOBODY = 65534
@@ -73,20 +73,22 @@ def _read_only(base, wanted, draw, trials):
 
 def _rights(base, wanted, draw, trials):
     fault = Fault("rights lost in mid-run (an unprivileged user)")
+    if subprocess.run([*Unprivileged.PREFIX, "true"], capture_output=True, check=False).returncode:
+        return fault.skip("setpriv cannot make an unprivileged process here")
     for number in range(trials):
         executor, study = EXECUTORS[number % 2], base / "theirs"
         study.mkdir()
         os.chown(study, NOBODY, NOBODY)
         with fault.trial(executor):
             home = {"HOME": str(study)}
-            run = Quick(base, *_words(study, executor), user=NOBODY, environment=home)
+            run = Unprivileged(base, *_words(study, executor), environment=home)
             _into(run, study, draw)
             _give(study, 0)
             if run.poll() is None:
                 _spoiled(run, "rights")
             before = check(study, wanted)
             _give(study, NOBODY)
-            _mended(base, study, executor, wanted, before, user=NOBODY, environment=home)
+            _mended(base, study, executor, wanted, before, start=Unprivileged, environment=home)
         shutil.rmtree(study)
     return fault
 
@@ -118,8 +120,8 @@ def _spoiled(run, what):
         raise Lost(f"exit code {code}, and the disk is not named: {said[-700:]}")
 
 
-def _mended(base, study, executor, wanted, before, **how):
-    run = Quick(base, *_words(study, executor), **how)
+def _mended(base, study, executor, wanted, before, *, start=Quick, **how):
+    run = start(base, *_words(study, executor), **how)
     if run.wait(300) != 0:
         run.kill(group=True)
         raise Lost(f"the next run ends with {run.code}: {run.said()[-700:]}")
