@@ -13,18 +13,8 @@ import subprocess
 import sys
 import time
 
+from study import COMMAND, RUN, around, call, complete, contents, fresh, reference, states  # isort: skip
 from dask_lab import dask_lab
-from study import (  # first: makes helpers importable
-    COMMAND,
-    RUN,
-    around,
-    call,
-    complete,
-    contents,
-    fresh,
-    reference,
-    states,
-)
 from table import Fault, Lost, tell
 
 
