@@ -23,12 +23,8 @@ test: lint                    ## lint, types, import arrows, tests, and the smok
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
 
-chaos: $(VENV)/ready          ## kill -9 at many instants of a run and of an experiment; studies that share a cache, in any order
-	$(BIN)/python tests/product/kill_many.py $(or $(KILLS),50)
-	$(BIN)/python tests/product/share_many.py $(or $(SCHEDULES),20)
-	$(BIN)/python tests/product/experiment_kills.py $(or $(KILLS),20)
-	$(BIN)/python tests/product/experiment_subjects.py
-	$(BIN)/python tests/product/loop_kills.py $(or $(LOOP_KILLS),10)
+chaos: $(VENV)/ready          ## faults of many kinds, and a table: tried, survived, lost; KILLS, TRIALS and SEED change it
+	$(BIN)/python tests/chaos
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
