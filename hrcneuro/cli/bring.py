@@ -18,8 +18,7 @@ from hrcneuro.cli.options import Options
 from hrcneuro.cli.progress import Progress
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import Sessions
-from hrcneuro.errors import ConfigError, HrcError
+from hrcneuro.errors import HrcError
 from hrcneuro.pipeline import disk_forecast, executors, forecast, graph, second_cache, swept, walk
 from hrcneuro.pipeline.anonymous import command_line, hidden
 from hrcneuro.pipeline.item import Item
@@ -131,7 +130,7 @@ def bring(
         second_cache=second_cache.named(options.second_cache),
     )
     forced = _forced(wanted, tasks) if options.force else []
-    if _one_at_a_time(settings, tasks):
+    if graph.in_real_time(settings, tasks):
         # Not in a worker: Ctrl-C must reach the loop that drives the arm.
         options = replace(options, executor="serial")
     if options.dry_run:
@@ -211,25 +210,3 @@ def _forced(wanted: Iterable[graph.Task], tasks: graph.Graph) -> list[graph.Task
     """Return what is wanted, and its pictures."""
     named = {(task.name, task.unit) for task in wanted}
     return [task for task in tasks if (task.subject, task.unit) in named]
-
-
-def _one_at_a_time(settings: Settings, tasks: Iterable[graph.Task]) -> bool:
-    """Return whether tasks run in real time.
-
-    Raises:
-        ConfigError: Several would move the one arm: after a stop, the next session would move it with nobody asked.
-    """
-    slow = False
-    for name in stages.NAMES:
-        units = [task.unit for task in tasks if task.name == name]
-        section = settings.sections[name]
-        sessions = stages.load(name).sessions(section) if units else Sessions.SIDE_BY_SIDE
-        slow |= sessions is not Sessions.SIDE_BY_SIDE
-        if sessions is Sessions.ONE_A_COMMAND and len(units) > 1:
-            raise ConfigError(
-                f"{name}.backend = {section.backend!r} has one arm, and {len(units)} subjects are asked of it "
-                f"({', '.join(units)}); allowed: one subject a command",
-                cure=f"hrcneuro {name} {units[0]} with the same options, then the next; a pipeline for hrcneuro run "
-                f"leaves {name} out of its stages or names one subject",
-            )
-    return slow

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from hrcneuro import drawings, stages
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, OF_ALL, SWEEP, Drawing, Of, Reads
+from hrcneuro.contract import GROUP, OF_ALL, SWEEP, Drawing, Of, Reads, Sessions
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.pipeline.workdir import FIGURES
 
@@ -144,6 +144,50 @@ def closure(settings: Settings, wanted: Iterable[Task]) -> dict[Task, Needs]:
             graph[task] = needs(settings, task)
             todo += graph[task]
     return {task: graph[task] for task in sorted(graph)}
+
+
+def in_real_time(settings: Settings, tasks: Collection[Task]) -> bool:
+    """Return whether any of the tasks moves an arm in real time.
+
+    Raises:
+        ConfigError: Several would move the one arm: after a stop, the next session would move it with nobody asked.
+    """
+    arms = list(_arms(settings, tasks))
+    for name, units, sessions in arms:
+        if sessions is Sessions.ONE_A_COMMAND and len(units) > 1:
+            raise _one_arm(settings, name, units)
+    return bool(arms)
+
+
+def check_unattended(settings: Settings, tasks: Collection[Task]) -> None:
+    """Refuse tasks that move an arm in real time where an engine of others orders them.
+
+    It starts one after the other, some at the same time, and what failed once more: nobody has been asked.
+
+    Raises:
+        ConfigError: There are such tasks.
+    """
+    for name, units, _ in _arms(settings, tasks):
+        raise _one_arm(settings, name, units)
+
+
+def _arms(settings: Settings, tasks: Collection[Task]) -> Iterator[tuple[str, list[str], Sessions]]:
+    """Yield each stage that moves an arm in real time, its units among the tasks, and how many may run at a time."""
+    for name in stages.NAMES:
+        units = [task.unit for task in tasks if task.name == name]
+        sessions = stages.load(name).sessions(settings.sections[name]) if units else Sessions.SIDE_BY_SIDE
+        if sessions is not Sessions.SIDE_BY_SIDE:
+            yield name, units, sessions
+
+
+def _one_arm(settings: Settings, name: str, units: list[str]) -> ConfigError:
+    number = f"{len(units)} subjects are" if len(units) > 1 else "a subject is"
+    return ConfigError(
+        f"{name}.backend = {settings.sections[name].backend!r} drives one arm in real time, and {number} asked of it "
+        f"({', '.join(units)}); allowed: one subject a command",
+        cure=f"hrcneuro {name} {units[0]} with the same options, then the next; a pipeline, or a Snakefile, leaves "
+        f"{name} out of study.stages",
+    )
 
 
 def pictures(settings: Settings, graph: Graph, *, joint: bool) -> dict[Task, Needs]:
