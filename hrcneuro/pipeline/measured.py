@@ -13,6 +13,9 @@ from hrcneuro.pipeline.workdir import Workdir
 Place = tuple[str, str]
 """A task's name and unit."""
 
+# Beyond that a record tells no truth: 30 days, 4 TiB.
+_MOST_S, _MOST_MB = 30 * 86400.0, 4 * 2.0**20
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -31,8 +34,12 @@ class Measured:
     @classmethod
     def of(cls, record: Record) -> Measured:
         """Return what a record tells."""
-        told = record.provenance
-        return cls(_number(told, "seconds"), _number(told, "peak_rss_mb"), record.size)
+        return cls.read(record.provenance, record.size)
+
+    @classmethod
+    def read(cls, provenance: Mapping[str, Any], size: int = 0) -> Measured:
+        """Return what the provenance of a record tells; 0 for what can be no such number."""
+        return cls(_number(provenance, "seconds", _MOST_S), _number(provenance, "peak_rss_mb", _MOST_MB), size)
 
 
 def measured(workdir: Workdir, places: Iterable[Place]) -> dict[Place, Measured]:
@@ -46,6 +53,9 @@ def measured(workdir: Workdir, places: Iterable[Place]) -> dict[Place, Measured]
     return found
 
 
-def _number(told: Mapping[str, Any], name: str) -> float:
-    value = told.get(name)
-    return float(value) if isinstance(value, int | float) else 0.0
+def _number(provenance: Mapping[str, Any], name: str, most: float) -> float:
+    """Return a number of a record; 0 for what can be none: who shares a cache may write into it what they like."""
+    value = provenance.get(name)
+    # Compared before it becomes a float: an integer of JSON may have more digits than one takes.
+    sound = isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= most
+    return float(value) if sound else 0.0

@@ -10,6 +10,7 @@ from typing import Any
 from hrcneuro import stages
 from hrcneuro.contract import params
 from hrcneuro.pipeline.anonymous import anonymous
+from hrcneuro.pipeline.measured import Measured
 from hrcneuro.report.markup import Cell, PageTable
 from hrcneuro.report.results import Results
 
@@ -73,7 +74,7 @@ def _times(results: Results) -> str:
     seconds: dict[str, float] = {}
     for stage, unit in results.done:
         about = results.record(stage, unit).get("provenance", {})
-        seconds[stage] = seconds.get(stage, 0.0) + float(about.get("seconds", 0.0))
+        seconds[stage] = seconds.get(stage, 0.0) + Measured.read(about).seconds
     parts = ", ".join(f"{s} {seconds[s]:.0f} s" for s in stages.NAMES if s in seconds)
     seeds = sorted({f"{s}.seed = {c.seed}" for s, c in results.settings.sections.items() if hasattr(c, "seed")})
     return f"Computing time, all subjects: {parts or 'none'}. Seeds: {', '.join(seeds)}."
@@ -86,6 +87,7 @@ def _entries(results: Results) -> PageTable:
         versions = ", ".join(f"{k} {v}" for k, v in about.get("versions", {}).items())
         commit = f"{str(about.get('commit', ''))[:10]}{' (changed)' if about.get('dirty') else ''}"
         command = plain([str(about.get("command", ""))])[0]
-        seconds = f"{about.get('seconds', 0):.1f}"
-        rows.append([stage, unit, item.key, seconds, str(about.get("peak_rss_mb", "")), commit, command, versions])
+        took = Measured.read(about)
+        memory = f"{took.peak_mb:.0f}" if took.peak_mb else ""
+        rows.append([stage, unit, item.key, f"{took.seconds:.1f}", memory, commit, command, versions])
     return PageTable(["stage", "unit", "key", "s", "MB", "commit", "command", "versions"], rows)

@@ -50,6 +50,13 @@ def test_records_are_measured_and_what_never_ran_is_not(tmp_path):
     assert found.size == sum(p.stat().st_size for p in files)
 
 
+@pytest.mark.parametrize("odd", [float("inf"), float("nan"), -1, 1e30, 10**400, True, "600", None, [1]])
+def test_what_no_run_can_have_taken_counts_as_unknown(odd):
+    assert Measured.read({"seconds": odd, "peak_rss_mb": odd}) == Measured()
+    found = resources(ERP, ClusterOptions(), {"erp": Measured.read({"seconds": odd, "peak_rss_mb": odd})})
+    assert (found.memory_gb, found.minutes) == (1.0, 5)
+
+
 def test_a_stage_is_known_by_the_most_that_any_of_its_units_took():
     known = {("erp", "s01"): Measured(1.0, 200.0), ("erp", "s02"): Measured(3.0, 100.0), ("ersp", "s01"): Measured(2.0)}
     assert most(known) == {"erp": Measured(3.0, 200.0), "ersp": Measured(2.0)}
