@@ -209,8 +209,16 @@ def shown(url: str) -> str:
     head, mark, rest = url.partition("://")
     if not mark:
         return url
+    if has_password(url):
+        # Also one with a slash in it, of which no host would begin where it seems to.
+        rest = rest.rpartition("@")[2]
     place, slash, path = rest.partition("/")
     return f"{head}://{place.rpartition('@')[2]}{slash}{path}"
+
+
+def has_password(url: str) -> bool:
+    """Return whether a URL has a password or a secret key in front of its host."""
+    return ":" in url.partition("://")[2].rpartition("@")[0]
 
 
 def _check(url: str, protocol: str) -> None:

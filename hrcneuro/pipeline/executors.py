@@ -35,7 +35,9 @@ from hrcneuro.pipeline.item import State
 if TYPE_CHECKING:
     from hrcneuro.pipeline.cluster import Site
 
-NAMES = ("auto", "serial", "processes", "dask", "slurm")
+ELSEWHERE = ("dask", "slurm")
+"""Those whose workers are on other machines."""
+NAMES = ("auto", "serial", "processes", *ELSEWHERE)
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
 _GRACE_S = 3.0
 _OF_A_TERMINAL = (signal.SIGINT, signal.SIGQUIT)
@@ -180,7 +182,7 @@ def create(name: str, workers: int, site: Callable[[], Site] | None = None) -> E
     if workers < 1:
         raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
     job.one_thread()
-    if name in ("dask", "slurm"):
+    if name in ELSEWHERE:
         assert site is not None
         return _on_cluster(name, site())
     return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 
 from hrcneuro.cache import transfer
-from hrcneuro.cache.bucket import Bucket
+from hrcneuro.cache.bucket import Bucket, has_password, shown
 from hrcneuro.cache.record import Entry, Record
 from hrcneuro.cache.store import Store
-from hrcneuro.errors import HrcError, StageError
+from hrcneuro.errors import ConfigError, HrcError, StageError
 
 FORMATS: transfer.Formats = {
     ".fif": (b"\x00\x00\x00\x64\x00\x00\x00\x1f", b""),
@@ -36,6 +36,25 @@ def named(given: str | None) -> str:
     """
     url = given or os.environ.get("HRCNEURO_FROM") or ""
     return Bucket(url).url if url else ""
+
+
+def for_workers(url: str) -> str:
+    """Return the URL of the second cache that travels to workers on other machines.
+
+    An empty string where it is that of the environment and has a password: each worker takes that of its own.
+
+    Raises:
+        ConfigError: It has a password: it would stand in files and go over the network.
+    """
+    if not has_password(url):
+        return url
+    if url == named(None):
+        return ""
+    raise ConfigError(
+        f"{shown(url)} is given with a password, which would travel to all workers in files and over the network",
+        cure="leave it out and use keys that the workers have (~/.ssh, ~/.aws, an agent), or set HRCNEURO_FROM to the "
+        "address with its password, here and where the workers run, and leave --from out",
+    )
 
 
 def take(url: str, store: Store, entry: Entry, tell: Callable[[str], None]) -> Record | None:

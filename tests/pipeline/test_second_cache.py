@@ -68,3 +68,18 @@ def test_the_url_comes_from_the_option_or_the_environment(monkeypatch, tmp_path)
     monkeypatch.setenv("HRCNEURO_FROM", "http://x")
     with pytest.raises(ConfigError, match="http"):
         second_cache.named(None)
+
+
+@pytest.mark.parametrize("url", ["sftp://me:hunter2@host/x", "s3://key:hunter2@bucket/x", "ssh://me:hunter2/@host/x"])
+def test_a_password_does_not_travel_to_workers(monkeypatch, url):
+    monkeypatch.delenv("HRCNEURO_FROM", raising=False)
+    with pytest.raises(ConfigError, match="is given with a password") as refused:
+        second_cache.for_workers(url)
+    assert "hunter2" not in str(refused.value)
+    monkeypatch.setenv("HRCNEURO_FROM", url)
+    assert second_cache.for_workers(second_cache.named(None)) == ""
+
+
+@pytest.mark.parametrize("url", ["", "ssh://me@host/x", "s3://bucket/a@b/c", "file:///mnt/a:b"])
+def test_an_address_without_one_does(url):
+    assert second_cache.for_workers(url) == url
