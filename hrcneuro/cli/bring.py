@@ -158,6 +158,9 @@ def whole(options: Options, settings: Settings) -> walk.Run:
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
+    source = shown(study.second_cache)
+    if options.executor in executors.ELSEWHERE:
+        study.second_cache = second_cache.for_workers(study.second_cache)
     workers = options.jobs or executors.cores()
     note = None if options.quiet else partial(talk.say, style="yellow")
     executor = executors.create(options.executor, workers, lambda: _site(options, study, note))
@@ -180,7 +183,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
         study.workdir.cache.sweep()
         raise
     if pulled := sum(item.pulled for item in items):
-        talk.say(f"{pulled} results were taken from {shown(study.second_cache)}")
+        talk.say(f"{pulled} results were taken from {source or 'the second cache of the workers'}")
     return items
 
 
@@ -197,7 +200,7 @@ def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None)
         options=cluster,
         resources=lambda task: resources(task, cluster, known),
         workers=options.jobs or (executors.cores() if here else 0),
-        tell=note or (lambda text: None),
+        notify=note or (lambda text: None),
     )
 
 

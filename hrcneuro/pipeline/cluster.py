@@ -1,6 +1,7 @@
 """Jobs on other machines: each is sent there and, where it is lost on the way, again; its record comes by the cache.
 
-What all engines share. An engine sends a trip and says what became of it: ``arrived`` with an answer, or ``lost``.
+What all engines share. An engine sends a dispatch and says what became of it: ``arrived`` with an answer, or ``lost``.
+It calls ``look_for_entries`` now and then, for answers whose entries this machine does not see yet.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from hrcneuro.errors import DataError, HrcError, StageError
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.item import State
 from hrcneuro.pipeline.job import Job, Outcome, execute
+from hrcneuro.pipeline.measured import Measured
 from hrcneuro.pipeline.resources import Resources
 from hrcneuro.pipeline.worker import Answer, Ticket, run_folder
 
@@ -41,18 +43,18 @@ class Site:
         options: The section ``[cluster]``.
         resources: What a task's job may use.
         workers: How many jobs may run at a time; 0 for as many as the engine gives.
-        tell: Is told what a person should know while the run goes on.
+        notify: Is called with what a person should know while the run goes on.
     """
 
     root: Path
     options: ClusterOptions
     resources: Callable[[Task], Resources]
     workers: int = 0
-    tell: Callable[[str], None] = lambda text: None
+    notify: Callable[[str], None] = lambda text: None
 
 
 @dataclass(eq=False)
-class Trip:
+class Dispatch:
     """A job on its way.
 
     Attributes:
@@ -77,8 +79,10 @@ class Cluster(ABC):
         self.site = site
         self.run = secrets.token_hex(8)
         self.folder = Path()
-        self.under_way: set[Trip] = set()
+        self.under_way: set[Dispatch] = set()
         self._lock = threading.Lock()
+        # Answers whose entries this machine does not see yet, and until when they are looked for.
+        self._unseen: dict[Dispatch, tuple[Answer, float]] = {}
         self._closed = False
         self._exits = contextlib.ExitStack()
 
@@ -91,8 +95,8 @@ class Cluster(ABC):
         """
 
     @abstractmethod
-    def send(self, trip: Trip) -> None:
-        """Send a trip's job, again where it was lost."""
+    def send(self, dispatch: Dispatch) -> None:
+        """Send a dispatch's job, again where it was lost."""
 
     @abstractmethod
     def close(self, *, interrupted: bool) -> None:
@@ -103,11 +107,11 @@ class Cluster(ABC):
         if call is not execute:
             raise TypeError(f"{call} is no job of the pipeline")
         (job,) = args
-        trip = Trip(job, self.site.resources(job.task))
+        dispatch = Dispatch(job, self.site.resources(job.task))
         with self._lock:
-            self.under_way.add(trip)
-        self.send(trip)
-        return trip.future
+            self.under_way.add(dispatch)
+        self.send(dispatch)
+        return dispatch.future
 
     def __enter__(self) -> Cluster:
         with contextlib.ExitStack() as exits:
@@ -123,79 +127,110 @@ class Cluster(ABC):
         with self._exits:
             self.close(interrupted=kind is not None)
 
-    def ticket(self, trip: Trip, *, counted: bool) -> Ticket:
+    def ticket(self, dispatch: Dispatch, *, counted: bool) -> Ticket:
         """Return what travels; ``counted``: the worker gives up where the job has cost too many workers already.
 
         For engines that send a job again by themselves, and do not say so.
         """
-        return Ticket(trip.job, self.run, trip.resources.retries + 1 if counted else 0)
+        return Ticket(dispatch.job, self.run, dispatch.resources.retries + 1 if counted else 0)
 
-    def arrived(self, trip: Trip, answer: Answer) -> None:
-        """Settle a trip with its answer."""
+    def arrived(self, dispatch: Dispatch, answer: Answer) -> None:
+        """Settle a dispatch with its answer."""
         lost = answer.begun if answer.given_up else answer.begun - 1
-        for text in answer.told:
-            self.site.tell(f"{trip.job.task}: {text}")
+        for text in answer.notes:
+            self.site.notify(f"{dispatch.job.task}: {text}")
         # Where the engine sent it again by itself.
-        trip.lost += ["its worker was lost"] * (lost - len(trip.lost))
+        dispatch.lost += ["its worker was lost"] * (lost - len(dispatch.lost))
         if answer.given_up:
-            self.fail(trip, _missing(trip))
+            self.fail(dispatch, _missing(dispatch))
         elif answer.error is not None:
-            self._settle(trip, Outcome(State.FAILED, None, answer.seconds, answer.error, answer.trace))
+            self._settle(dispatch, Outcome(State.FAILED, None, answer.seconds, answer.error, answer.trace))
         else:
-            try:
-                record = _record(trip.job)
-            except HrcError as error:
-                self.fail(trip, error)
-            else:
-                self._settle(trip, Outcome(answer.state, record, answer.seconds, pulled=answer.pulled))
+            self._unseen[dispatch] = (answer, time.monotonic() + _SEEN_AFTER_S)
+            self._look_for(dispatch)
 
-    def lost(self, trip: Trip, reason: str, *, ran_out_of: str = "", preempted: bool = False) -> None:
-        """Send a trip again that brought no answer, or settle it where it was lost too often.
+    def look_for_entries(self) -> None:
+        """Settle the dispatches that have an answer and whose entries have appeared, or have not for too long."""
+        for dispatch in list(self._unseen):
+            self._look_for(dispatch)
+
+    def _look_for(self, dispatch: Dispatch) -> None:
+        answer, deadline = self._unseen.get(dispatch, (None, 0.0))
+        if answer is None:
+            return  # another thread has just settled it
+        job, record = dispatch.job, _record(dispatch.job)
+        if record is not None:
+            self._settle(dispatch, Outcome(answer.state, record, answer.seconds, pulled=answer.pulled))
+        elif time.monotonic() < deadline:
+            return
+        else:
+            problem = f"a worker says that {job.task} is done, and its entry is not in the cache {job.root}"
+            cure = "let all machines share one disk for the cache; the same command goes on from here"
+            self.fail(dispatch, DataError(problem, cure=cure))
+        self._unseen.pop(dispatch, None)
+
+    def lost(self, dispatch: Dispatch, reason: str, *, ran_out_of: str = "", preempted: bool = False) -> None:
+        """Send a dispatch again that brought no answer, or settle it where it was lost too often.
 
         Args:
-            trip: The trip.
+            dispatch: The dispatch.
             reason: Why, in words that go on from the task's name.
             ran_out_of: ``time`` or ``memory``, of which it is given twice as much.
             preempted: Whether the engine took its place for somebody else: that is no failure.
         """
-        trip.lost.append(reason)
-        trip.tries += not preempted
+        if self._done_all_the_same(dispatch):
+            return
+        dispatch.lost.append(reason)
+        dispatch.tries += not preempted
         if self._closed:
             return
-        if trip.tries > trip.resources.retries:
-            self.fail(trip, _missing(trip))
+        if dispatch.tries > dispatch.resources.retries:
+            self.fail(dispatch, _missing(dispatch))
             return
-        trip.resources = trip.resources.doubled(ran_out_of)
-        self.send(trip)
+        dispatch.resources = dispatch.resources.doubled(ran_out_of)
+        self.send(dispatch)
 
-    def missing(self, trip: Trip, reason: str) -> None:
-        """Settle a trip that brought no answer and is not sent again."""
-        trip.lost.append(reason)
-        self.fail(trip, _missing(trip))
+    def missing(self, dispatch: Dispatch, reason: str) -> None:
+        """Settle a dispatch that brought no answer and is not sent again."""
+        if self._done_all_the_same(dispatch):
+            return
+        dispatch.lost.append(reason)
+        self.fail(dispatch, _missing(dispatch))
 
-    def broken(self, trip: Trip, error: BaseException) -> None:
-        """Settle a trip whose job the engine could not even begin."""
+    def _done_all_the_same(self, dispatch: Dispatch) -> bool:
+        """Settle a dispatch whose worker was lost behind the publishing of its entry; return whether it was."""
+        # A forced job's key may have had an entry before.
+        record = None if dispatch.job.force else _record(dispatch.job)
+        if record is not None:
+            self._settle(dispatch, Outcome(State.RAN, record, Measured.of(record).seconds))
+        return record is not None
+
+    def broken(self, dispatch: Dispatch, error: BaseException, *, log: str = "") -> None:
+        """Settle a dispatch whose job the engine could not even begin; ``log`` is the end of the worker's, if known."""
         if isinstance(error, ModuleNotFoundError):
             cure = "give the workers the same environment: pip install --constraint constraints.txt ."
-            self.fail(trip, StageError(f"a worker has no module {error.name}", cure=cure))
+            self.fail(dispatch, StageError(f"a worker has no module {error.name}", cure=cure))
             return
-        problem = f"{trip.job.task} came to no result on a worker: {type(error).__name__}: {error}"
-        self.fail(trip, StageError(problem, cure="look into the worker's log; --executor processes does without it"))
+        problem = f"{dispatch.job.task} came to no result on a worker: {type(error).__name__}: {error}"
+        if log:
+            problem += f"; its log ends with: {log}"
+        cure = "--executor processes does without workers elsewhere"
+        self.fail(dispatch, StageError(problem, cure=cure if log else f"{cure}; where this one runs its log says more"))
 
-    def fail(self, trip: Trip, error: HrcError) -> None:
-        """Settle a trip with an error that a person can act on."""
-        self._settle(trip, Outcome(State.FAILED, error=error))
+    def fail(self, dispatch: Dispatch, error: HrcError) -> None:
+        """Settle a dispatch with an error that a person can act on."""
+        self._settle(dispatch, Outcome(State.FAILED, error=error))
 
-    def _settle(self, trip: Trip, outcome: Outcome) -> None:
+    def _settle(self, dispatch: Dispatch, outcome: Outcome) -> None:
         with self._lock:
-            if trip not in self.under_way:
+            if dispatch not in self.under_way:
                 return
-            self.under_way.discard(trip)
-        trip.future.set_result(Outcome(**{**vars(outcome), "lost": tuple(trip.lost)}))
+            self.under_way.discard(dispatch)
+        dispatch.future.set_result(Outcome(**{**vars(outcome), "lost": tuple(dispatch.lost)}))
 
 
-def _missing(trip: Trip) -> StageError:
-    task, counts = trip.job.task, {reason: trip.lost.count(reason) for reason in trip.lost}
+def _missing(dispatch: Dispatch) -> StageError:
+    task, counts = dispatch.job.task, {reason: dispatch.lost.count(reason) for reason in dispatch.lost}
     times = [f"{reason}{f', {n} times' if n > 1 else ''}" for reason, n in counts.items()]
     return StageError(
         f"{task} is missing: {'; '.join(times)}",
@@ -204,22 +239,14 @@ def _missing(trip: Trip) -> StageError:
     )
 
 
-def _record(job: Job) -> Record:
-    """Return the record of a job's entry, as this machine sees it in the cache.
-
-    Raises:
-        DataError: It does not appear.
-    """
+def _record(job: Job) -> Record | None:
+    """Return the record of a job's entry, or None where this machine does not see it in the cache."""
     store, place = Store(job.root), (job.task.name, job.task.unit, job.key)
-    deadline = time.monotonic() + _SEEN_AFTER_S
-    while (record := store.lookup(*place)) is None and time.monotonic() < deadline:
-        # A folder that is listed is asked for anew on a network's file system.
-        with contextlib.suppress(OSError):
-            os.listdir(store.folder(*place).parent)
-        time.sleep(0.2)
-    if record is None:
-        raise DataError(
-            f"a worker says that {job.task} is done, and its entry is not in the cache {job.root}",
-            cure="let all machines share one disk for the cache; the same command goes on from here",
-        )
-    return record
+    # A folder that is listed is asked for anew on a network's file system.
+    with contextlib.suppress(OSError):
+        os.listdir(store.folder(*place).parent)
+    try:
+        return store.lookup(*place)
+    except (HrcError, OSError):
+        # The disk may answer the next time.
+        return None

@@ -13,7 +13,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from hrcneuro.errors import ConfigError
-from hrcneuro.pipeline.cluster import Cluster, Site, Trip
+from hrcneuro.pipeline.cluster import Cluster, Dispatch, Site
 from hrcneuro.pipeline.worker import work
 
 _CONNECT_S = 5.0
@@ -40,7 +40,7 @@ class Dask(Cluster):
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self._client: Any = None
         self._cluster: Any = None
-        self._sent: dict[Trip, Any] = {}
+        self._sent: dict[Dispatch, Any] = {}
         self._ended = threading.Event()
 
     def open(self) -> None:
@@ -57,6 +57,8 @@ class Dask(Cluster):
                     threads_per_worker=1,
                     dashboard_address=None,
                     silence_logs=logging.CRITICAL,
+                    # dask would share the machine's memory out, and kill what runs with --executor processes.
+                    memory_limit=0,
                 )
             try:
                 self._client = self._distributed.Client(
@@ -70,18 +72,18 @@ class Dask(Cluster):
                 ) from error
             threading.Thread(target=self._look_after, name="dask", daemon=True).start()
 
-    def send(self, trip: Trip) -> None:
+    def send(self, dispatch: Dispatch) -> None:
         """Give a job to the scheduler."""
-        job = trip.job
+        job = dispatch.job
         # The tries stand in the name: the scheduler takes an old name for an old answer.
-        name = f"{job.task.name}-{job.task.unit}-{job.key}-{self.run}-{trip.tries}"
+        name = f"{job.task.name}-{job.task.unit}-{job.key}-{self.run}-{dispatch.tries}"
         try:
-            sent = self._client.submit(work, self.ticket(trip, counted=True), key=name, pure=False, retries=0)
+            sent = self._client.submit(work, self.ticket(dispatch, counted=True), key=name, pure=False, retries=0)
         except Exception as error:
-            self.broken(trip, error)
+            self.broken(dispatch, error)
             return
-        self._sent[trip] = sent
-        sent.add_done_callback(lambda done: self._ended_there(trip, done))
+        self._sent[dispatch] = sent
+        sent.add_done_callback(lambda done: self._ended_there(dispatch, done))
 
     def close(self, *, interrupted: bool) -> None:
         """Leave the scheduler; what is under way there and cannot be stopped comes to its end in the cache."""
@@ -103,38 +105,39 @@ class Dask(Cluster):
             with contextlib.suppress(OSError, TypeError):
                 os.kill(nanny.pid, signal.SIGKILL)
 
-    def _ended_there(self, trip: Trip, done: Any) -> None:
+    def _ended_there(self, dispatch: Dispatch, done: Any) -> None:
         """Say what became of a job; called in a thread of dask's."""
         try:
             if done.status == "finished":
-                self.arrived(trip, done.result())
+                self.arrived(dispatch, done.result())
             elif done.status == "error":
                 error = done.exception()
                 if isinstance(error, self._distributed.KilledWorker):
-                    self.lost(trip, "its worker was lost")
+                    self.lost(dispatch, "its worker was lost")
                 else:
-                    self.broken(trip, error)
+                    self.broken(dispatch, error)
             elif not self._ended.is_set():
-                self.missing(trip, "the dask scheduler dropped it")
+                self.missing(dispatch, "the dask scheduler dropped it")
         except Exception as error:
-            self.broken(trip, error)
+            self.broken(dispatch, error)
         finally:
-            if self._sent.get(trip) is done:
-                self._sent.pop(trip, None)
+            if self._sent.get(dispatch) is done:
+                self._sent.pop(dispatch, None)
 
     def _look_after(self) -> None:
-        """End the wait for a scheduler that has had no worker for long, or is gone itself."""
+        """Look for late entries; end the wait for a scheduler that has had no worker for long, or is gone itself."""
         wait_s, seen = self.site.options.wait_s, time.monotonic()
-        told = False
+        noted = False
         while not self._ended.wait(_LOOK_S):
+            self.look_for_entries()
             if self._workers() or not self.under_way:
-                seen, told = time.monotonic(), False
+                seen, noted = time.monotonic(), False
             elif time.monotonic() - seen > wait_s:
-                for trip in list(self.under_way):
-                    self.missing(trip, f"the dask scheduler has had no worker for {wait_s:g} s")
-            elif not told and time.monotonic() - seen > 2 * _LOOK_S:
-                self.site.tell(f"note: the dask scheduler has no worker; it is waited for, {wait_s:g} s")
-                told = True
+                for dispatch in list(self.under_way):
+                    self.missing(dispatch, f"the dask scheduler has had no worker for {wait_s:g} s")
+            elif not noted and time.monotonic() - seen > 2 * _LOOK_S:
+                self.site.notify(f"note: the dask scheduler has no worker; it is waited for, {wait_s:g} s")
+                noted = True
 
     def _workers(self) -> int:
         try:

@@ -2,51 +2,53 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 import shutil
-import signal
-import sys
 import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline import slurm_queue
-from hrcneuro.pipeline.cluster import Cluster, Site, Trip
-from hrcneuro.pipeline.item import State
-from hrcneuro.pipeline.worker import Answer, Ticket, work
+from hrcneuro.pipeline.cluster import Cluster, Dispatch, Site
+from hrcneuro.pipeline.slurm_job import OUT_OF_TIME, PREEMPTED, WARNED_MIN, last_words, private_folder, read_answer
+from hrcneuro.pipeline.slurm_submission import LONGEST, NotTaken, alike, submit
 
 # So long jobs are gathered for one array: the walk hands them over one by one.
 _GATHER_S = 0.5
 # Answers are files, and cheap to look for; the queue is a question to a server that all users share.
 _LOOK_S, _ASK_S = 0.5, 5.0
-# SLURM takes no longer arrays where nobody has told it to (MaxArraySize).
-_LONGEST = 1000
-# So long after a refusal jobs are submitted once more, while others are under way: there may have been too many.
-_REFUSED_S = 15.0
-# So long before the end of its time a job is told, so that it can remove what is half-written; SLURM may do it a minute
-# earlier, and the job has its own minutes besides.
-_WARNED_S, _WARNED_MIN = 30, 2
+# So long after they were not taken jobs are submitted once more: SLURM may be busy, or there may be too many.
+_BUSY_S, _REFUSED_S = 5.0, 15.0
 # An answer may become visible that long after SLURM has taken the job for ended.
 _ANSWER_S = 30.0
 
 
 @dataclass
 class _Sent:
-    """A job in SLURM's hands: what submitit knows of it, and since when SLURM takes it for ended."""
+    """A job in SLURM's hands.
+
+    Attributes:
+        job: What submitit knows of it.
+        ended: Since when SLURM takes it for ended; 0 while it does not.
+        unreadable: Since when its answer is there and cannot be read; 0 where it can.
+        stuck: Since when it waits for what will not come; 0 while it does not.
+    """
 
     job: Any
     ended: float = 0.0
+    unreadable: float = 0.0
+    stuck: float = 0.0
 
 
 @dataclass
 class _Gathered:
-    """Trips that wait to be submitted together, and since when."""
+    """Dispatches that wait to be submitted together, and since when."""
 
-    trips: list[Trip] = field(default_factory=list)
+    dispatches: list[Dispatch] = field(default_factory=list)
     since: float = 0.0
 
 
@@ -68,36 +70,42 @@ class Slurm(Cluster):
             ) from error
         self._submitit = submitit
         self._waiting = _Gathered()
-        self._sent: dict[Trip, _Sent] = {}
+        self._sent: dict[Dispatch, _Sent] = {}
+        # How long an array SLURM takes; since when it has been too busy to take any; what was told.
+        self._length = LONGEST
+        self._busy_since = 0.0
+        self._noted: set[str] = set()
         self._guard = threading.Lock()
         self._ended = threading.Event()
         self._answered = time.monotonic()
         self._thread = threading.Thread(target=self._look_after, name="slurm", daemon=True)
+        self._folders = contextlib.ExitStack()
 
     def open(self) -> None:
         """Ask SLURM whether it is there, and begin to look after jobs.
 
         Raises:
-            ConfigError: It does not answer.
+            ConfigError: It does not answer, or there is no folder for its jobs that others may not write.
         """
         code, said = slurm_queue.asked(["sinfo", "--noheader", "--format=%P"])
         if code:
             raise ConfigError(f"SLURM does not answer: {said}", cure="see whether 'sinfo' works on this machine")
+        self._private = self._folders.enter_context(private_folder(self.folder))
         self._thread.start()
 
-    def send(self, trip: Trip) -> None:
+    def send(self, dispatch: Dispatch) -> None:
         """Put a job among those that go with the next array."""
         with self._guard:
-            self._waiting.trips.append(trip)
+            self._waiting.dispatches.append(dispatch)
             self._waiting.since = time.monotonic()
 
     def close(self, *, interrupted: bool) -> None:
         """Leave SLURM; what is under way there is cancelled where the run was interrupted."""
         self._ended.set()
         self._thread.join(30.0)
-        ids = [sent.job.job_id for sent in self._sent.values()]
-        if interrupted and ids:
-            slurm_queue.asked(["scancel", *ids])
+        with self._folders:
+            if interrupted:
+                _cancel(self._sent.values())
 
     def _look_after(self) -> None:
         looked = asked = 0.0
@@ -106,6 +114,7 @@ class Slurm(Cluster):
             try:
                 self._submit_gathered(now)
                 if now - looked >= _LOOK_S:
+                    self.look_for_entries()
                     self._take_answers()
                     looked = now
                 if now - asked >= _ASK_S and self._sent:
@@ -113,150 +122,172 @@ class Slurm(Cluster):
                     asked = time.monotonic()
             except Exception as error:
                 # Nobody else looks after the jobs: a run that waits for ever would say less.
-                for trip in list(self.under_way):
-                    self.broken(trip, error)
+                with self._guard:
+                    self._waiting = _Gathered()
+                self._give_up(list(self._sent))
+                for dispatch in list(self.under_way):
+                    self.broken(dispatch, error)
 
     def _submit_gathered(self, now: float) -> None:
         with self._guard:
-            trips = self._waiting.trips if now - self._waiting.since >= _GATHER_S else []
-            if trips:
+            dispatches = self._waiting.dispatches if now - self._waiting.since >= _GATHER_S else []
+            if dispatches:
                 self._waiting = _Gathered()
-        for alike in _grouped(trips):
-            self._submit(alike)
+        for group in alike(dispatches):
+            self._submit(group)
 
-    def _submit(self, trips: list[Trip]) -> None:
-        """Submit jobs of one stage that may use the same, as one array."""
-        what, task, options = trips[0].resources, trips[0].job.task, self.site.options
-        try:
-            engine = self._submitit.SlurmExecutor(self.folder / "slurm")
-            engine.update_parameters(
-                job_name=f"hrcneuro-{task.name}",
-                time=what.minutes + _WARNED_MIN,
-                mem=f"{what.memory_gb:g}GB",
-                cpus_per_task=1,
-                ntasks_per_node=1,
-                array_parallelism=self.site.workers or _LONGEST,
-                signal_delay_s=_WARNED_S,
-                **({"partition": options.partition} if options.partition else {}),
-                **({"account": options.account} if options.account else {}),
-                additional_parameters=dict(options.sbatch),
-            )
-            with engine.batch():
-                jobs = [engine.submit(in_a_job, self.ticket(trip, counted=False)) for trip in trips]
-        except Exception as error:
-            if self._sent:
-                with self._guard:
-                    self._waiting.trips += trips
-                    self._waiting.since = time.monotonic() + _REFUSED_S
-                return
-            said = "; ".join(line.removeprefix("sbatch: ").removeprefix("error: ") for line in str(error).splitlines())
-            for trip in trips:
-                self.fail(trip, _refused(trip, said))
+    def _submit(self, dispatches: list[Dispatch]) -> None:
+        """Submit jobs that may use the same, in one array; in shorter ones where SLURM takes none so long."""
+        while dispatches:
+            these = dispatches[: self._length]
+            try:
+                jobs = self._submit_array(these)
+            except NotTaken as error:
+                if error.busy:
+                    self._wait_while_busy(dispatches, error)
+                    return
+                self._busy_since = 0.0
+                if len(these) == 1:
+                    self._take_refusal(dispatches, error)
+                    return
+                self._length = len(these) // 2
+            else:
+                self._busy_since = 0.0
+                self._length = min(2 * self._length, LONGEST)
+                self._answered = time.monotonic()
+                self._sent |= {dispatch: _Sent(job) for dispatch, job in zip(these, jobs, strict=True)}
+                dispatches = dispatches[len(these) :]
+
+    def _submit_array(self, dispatches: list[Dispatch]) -> list[Any]:
+        tickets = [self.ticket(one, counted=False) for one in dispatches]
+        site, what = self.site, dispatches[0].resources
+        return submit(self._submitit, self._private, tickets, what, site.options, workers=site.workers)
+
+    def _take_refusal(self, dispatches: list[Dispatch], said: NotTaken) -> None:
+        if self._sent:
+            # There may have been too many.
+            self._note(f"SLURM takes no more jobs at the moment ({said}); they wait until others have ended")
+            self._submit_later(dispatches, _REFUSED_S)
             return
-        self._answered = time.monotonic()
-        self._sent |= {trip: _Sent(job) for trip, job in zip(trips, jobs, strict=True)}
+        for dispatch in dispatches:
+            self.fail(dispatch, _refused(dispatch, said))
+
+    def _wait_while_busy(self, dispatches: list[Dispatch], said: NotTaken) -> None:
+        """Submit jobs later, as SLURM has no time for them now; not for ever."""
+        wait_s, now = self.site.options.wait_s, time.monotonic()
+        self._busy_since = self._busy_since or now
+        if now - self._busy_since > wait_s:
+            self._busy_since = 0.0
+            for dispatch in dispatches:
+                self.missing(dispatch, f"SLURM has taken no job for {wait_s:g} s: {said}")
+            return
+        self._note(f"SLURM takes no job at the moment ({said}); it is asked again, {wait_s:g} s long")
+        self._submit_later(dispatches, min(_BUSY_S, wait_s / 4))
+
+    def _submit_later(self, dispatches: list[Dispatch], seconds: float) -> None:
+        with self._guard:
+            self._waiting.dispatches += dispatches
+            self._waiting.since = time.monotonic() + seconds - _GATHER_S
+
+    def _note(self, text: str) -> None:
+        """Tell something once."""
+        if text not in self._noted:
+            self._noted.add(text)
+            self.site.notify(f"note: {text}")
 
     def _take_answers(self) -> None:
-        """Settle the trips whose jobs have left an answer."""
-        answers = {trip: sent for trip, sent in self._sent.items() if sent.job.paths.result_pickle.exists()}
-        for trip, sent in answers.items():
-            del self._sent[trip]
-            self._take(trip, sent)
+        """Settle the dispatches whose jobs have left an answer."""
+        unreadable: dict[Dispatch, str] = {}
+        for dispatch, sent in list(self._sent.items()):
+            # Not by submitit's result(): it asks SLURM's accounting first, which many clusters do not keep.
+            try:
+                answer = read_answer(sent.job.paths.result_pickle)
+            except (OSError, EOFError, pickle.UnpicklingError) as error:
+                # A network's disk may come back.
+                sent.unreadable = sent.unreadable or time.monotonic()
+                if time.monotonic() - sent.unreadable > self.site.options.wait_s:
+                    unreadable[dispatch] = f"its answer cannot be read: {getattr(error, 'strerror', '') or error}"
+            except Exception as error:
+                del self._sent[dispatch]
+                self.broken(dispatch, error, log=last_words(sent.job.paths.stderr))
+            else:
+                sent.unreadable = 0.0
+                if answer is not None:
+                    del self._sent[dispatch]
+                    self._take(dispatch, *answer)
+        for dispatch in self._give_up(unreadable):
+            self.lost(dispatch, unreadable[dispatch])
+
+    def _take(self, dispatch: Dispatch, succeeded: str, value: Any) -> None:
+        """Settle a dispatch by what its job has left."""
+        if succeeded != "success":
+            self.missing(dispatch, f"its job failed: {(value.strip().splitlines() or ['no words'])[-1][-200:]}")
+        elif value in (OUT_OF_TIME, PREEMPTED):
+            state = "TIMEOUT" if value == OUT_OF_TIME else "PREEMPTED"
+            self._lose(dispatch, slurm_queue.verdict(state, 0, dispatch.resources))
+        else:
+            self.arrived(dispatch, value)
 
     def _ask(self) -> None:
-        """Settle the trips of whose jobs SLURM says that they have ended without an answer."""
-        states = slurm_queue.states(self._sent[trip].job.job_id for trip in self._sent)
+        """Settle the dispatches of whose jobs SLURM says that they have ended without an answer, or never begin."""
+        rows = slurm_queue.rows(self._sent[dispatch].job.job_id for dispatch in self._sent)
         wait_s, now = self.site.options.wait_s, time.monotonic()
-        if states is None:
+        if rows is None:
             if now - self._answered > wait_s:
-                for trip in list(self._sent):
-                    del self._sent[trip]
-                    self.missing(trip, f"SLURM has not answered for {wait_s:g} s")
+                for dispatch in self._give_up(list(self._sent)):
+                    self.missing(dispatch, f"SLURM has not answered for {wait_s:g} s")
             return
         self._answered = now
-        for trip, sent in list(self._sent.items()):
-            state, code = states.get(sent.job.job_id, ("GONE", 0))
-            if state in slurm_queue.LIVES:
+        stuck: dict[Dispatch, slurm_queue.Verdict] = {}
+        for dispatch, sent in list(self._sent.items()):
+            row = rows.get(sent.job.job_id, slurm_queue.Row("GONE"))
+            if row.state in slurm_queue.LIVES:
                 sent.ended = 0.0
+                if judged := self._watch(dispatch, sent, row, now):
+                    stuck[dispatch] = judged
             elif not sent.ended:
                 sent.ended = now
-            elif now - sent.ended > (_ANSWER_S if state in ("COMPLETED", "GONE") else 0.0):
-                del self._sent[trip]
-                self._lost(trip, sent, state, code)
+            elif now - sent.ended > (_ANSWER_S if row.state in ("COMPLETED", "GONE") else 0.0):
+                del self._sent[dispatch]
+                judged = slurm_queue.verdict(row.state, row.code, dispatch.resources)
+                self._lose(dispatch, judged, last_words(sent.job.paths.stderr) if row.state == "FAILED" else "")
+        for dispatch in self._give_up(stuck):
+            self._lose(dispatch, stuck[dispatch])
 
-    def _take(self, trip: Trip, sent: _Sent) -> None:
-        """Settle a trip by what its job has left."""
-        # Not by submitit's result(): it asks SLURM's accounting first, which many clusters do not keep.
-        try:
-            succeeded, value = pickle.loads(sent.job.paths.result_pickle.read_bytes())
-        except Exception as error:
-            self.broken(trip, error)
-            return
-        if succeeded != "success":
-            self.missing(trip, f"its job failed: {(value.strip().splitlines() or ['no words'])[-1][-200:]}")
-        elif value == OUT_OF_TIME:
-            late = slurm_queue.late(trip.resources)
-            self.lost(trip, late.reason, ran_out_of=late.ran_out_of)
-        else:
-            self.arrived(trip, value)
+    def _watch(self, dispatch: Dispatch, sent: _Sent, row: slurm_queue.Row, now: float) -> slurm_queue.Verdict | None:
+        """Say why a job does not begin; return what is to become of its task where it has not been able to for long."""
+        judged = slurm_queue.stuck(row)
+        if judged is None:
+            sent.stuck = 0.0
+            return None
+        wait_s = self.site.options.wait_s
+        sent.stuck = sent.stuck or now
+        self._note(
+            f"jobs of {dispatch.job.task.name} cannot begin: {judged.reason}; they are given up after {wait_s:g} s"
+        )
+        return judged if now - sent.stuck > wait_s else None
 
-    def _lost(self, trip: Trip, sent: _Sent, state: str, code: int) -> None:
-        judged = slurm_queue.verdict(state, code, trip.resources)
+    def _lose(self, dispatch: Dispatch, judged: slurm_queue.Verdict, said: str = "") -> None:
         if judged.again:
-            self.lost(trip, judged.reason, ran_out_of=judged.ran_out_of, preempted=judged.preempted)
+            self.lost(dispatch, judged.reason, ran_out_of=judged.ran_out_of, preempted=judged.preempted)
         else:
-            said = last_words(sent.job.paths.stderr) if state == "FAILED" else ""
-            self.missing(trip, f"{judged.reason}{f': {said}' if said else ''}")
+            self.missing(dispatch, f"{judged.reason}{f': {said}' if said else ''}")
+
+    def _give_up(self, dispatches: Iterable[Dispatch]) -> list[Dispatch]:
+        """Cancel jobs of which nothing is waited for any more: they would take the place of others."""
+        dispatches = list(dispatches)
+        _cancel([self._sent.pop(dispatch) for dispatch in dispatches])
+        return dispatches
 
 
-OUT_OF_TIME = "out of time"
+def _cancel(jobs: Iterable[_Sent]) -> None:
+    if ids := [sent.job.job_id for sent in jobs]:
+        slurm_queue.asked(["scancel", *ids])
 
 
-def in_a_job(ticket: Ticket) -> Answer | str:
-    """Return the answer to a ticket, or ``OUT_OF_TIME``; the life of a SLURM job.
-
-    SLURM tells a job some time before it ends it: what is half-written is removed then.
-    """
-    told = threading.Event()
-
-    def out_of_time(*_: object) -> None:
-        told.set()
-        raise SystemExit(1)
-
-    # submitit would have the job queued again by itself, or fail it with an exception that looks like the stage's own.
-    signal.signal(signal.SIGUSR2, out_of_time)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    try:
-        answer = work(ticket)
-    except SystemExit:
-        if told.is_set():
-            return OUT_OF_TIME
-        raise
-    # Some places make another exception of an exit, such as those that import.
-    return OUT_OF_TIME if told.is_set() and answer.state is State.FAILED else answer
-
-
-def _refused(trip: Trip, said: str) -> ConfigError:
-    asked = f"{trip.resources.memory_gb:g} GB and {trip.resources.minutes + _WARNED_MIN} min"
+def _refused(dispatch: Dispatch, said: NotTaken) -> ConfigError:
+    asked = f"{dispatch.resources.memory_gb:g} GB and {dispatch.resources.minutes + WARNED_MIN} min"
     return ConfigError(
-        f"SLURM takes no job of {trip.job.task.name} with {asked}: {said}",
+        f"SLURM takes no job of {dispatch.job.task.name} with {asked}: {said}",
         cure="see memory_gb, minutes, partition, account and sbatch in [cluster]; 'sinfo' shows what the cluster has",
     )
-
-
-def _grouped(trips: Iterable[Trip]) -> list[list[Trip]]:
-    alike: dict[Any, list[Trip]] = {}
-    for trip in trips:
-        alike.setdefault((trip.job.task.name, trip.resources), []).append(trip)
-    return [trips[n : n + _LONGEST] for trips in alike.values() for n in range(0, len(trips), _LONGEST)]
-
-
-def last_words(path: Path) -> str:
-    """Return the last line that a job wrote on standard error before SLURM did; empty where there is none."""
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    except OSError:
-        return ""
-    # SLURM only says behind it that the job has failed.
-    own = [line for line in lines if not line.startswith(("srun: ", "slurmstepd: "))]
-    return (own or lines or [""])[-1][-200:]

@@ -13,6 +13,28 @@ LIVES = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEU
           "RESIZING", "SIGNALING", "SPECIAL_EXIT", "STAGE_OUT", "STOPPED", "RESV_DEL_HOLD"}  # fmt: skip
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)
 _LOST = {"NODE_FAIL": "its node failed", "BOOT_FAIL": "its node did not start", "REVOKED": "its job was taken back"}
+_HELD = {"REQUEUE_HOLD", "SPECIAL_EXIT", "RESV_DEL_HOLD"}
+# Reasons of a job that no place that becomes free lets begin.
+_NEVER = {
+    "BadConstraints", "PartitionTimeLimit", "PartitionNodeLimit", "DependencyNeverSatisfied", "InvalidAccount",
+    "InvalidQOS", "AccountNotAllowed", "QOSNotAllowed", "MaxMemPerLimit", "QOSMaxMemoryPerJob",
+    "QOSMaxWallDurationPerJobLimit", "AssocMaxWallDurationPerJobLimit", "AssocMaxMemPerJob",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """What SLURM's queue tells of a job.
+
+    Attributes:
+        state: One word.
+        code: Its exit code; negative for a signal.
+        reason: Why it waits.
+    """
+
+    state: str
+    code: int = 0
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,26 +80,39 @@ def late(allowed: Resources) -> Verdict:
     return Verdict(f"its {allowed.minutes} min ran out", ran_out_of="time")
 
 
-def states(ids: Iterable[str]) -> dict[str, tuple[str, int]] | None:
-    """Return each job's state and exit code, of those that SLURM still knows; None where it does not answer.
+def stuck(row: Row) -> Verdict | None:
+    """Return what is to become of a task whose job waits for what will not come by itself; None for all others."""
+    if "launch failed" in row.reason:
+        return Verdict(f"SLURM could not start its job and holds it ({row.reason})")
+    if "held" in row.reason.lower() or row.state in _HELD:
+        # Whoever did that may let it go; until then it is as good as cancelled.
+        return Verdict(f"its job is held ({row.reason})", again=False)
+    if row.state == "PENDING" and row.reason in _NEVER:
+        return Verdict(f"SLURM cannot start its job ({row.reason})", again=False)
+    return None
+
+
+def rows(ids: Iterable[str]) -> dict[str, Row] | None:
+    """Return what SLURM tells of each job that it still knows; None where it does not answer.
 
     Asked of the queue, not of the accounting: many clusters, and all small ones, keep no accounts.
     """
     arrays = ",".join(sorted({one.partition("_")[0] for one in ids}))
-    columns = "--Format=JobArrayID:40,State:20,exit_code:20"
+    columns = "--Format=JobArrayID:40,State:20,exit_code:20,Reason:80"
     code, said = asked(["squeue", "--noheader", "--array", "--states=all", f"--jobs={arrays}", columns])
     # Of one array alone that it has forgotten it says so; of several it leaves that out.
     return None if code and "Invalid job id" not in said else read_queue(said)
 
 
-def read_queue(said: str) -> dict[str, tuple[str, int]]:
-    """Return job -> state and exit code, negative for a signal, of what ``squeue`` prints."""
+def read_queue(said: str) -> dict[str, Row]:
+    """Return job -> what ``squeue`` prints of it."""
     found = {}
-    for row in map(str.split, said.splitlines()):
-        if len(row) == 3 and row[0].partition("_")[0].isdigit() and row[2].isdigit():
+    for line in said.splitlines():
+        job, state, status, *reason = [*line.split(maxsplit=3), "", "", ""][:4]
+        if job.partition("_")[0].isdigit() and status.isdigit():
             # As the system's wait tells it: an exit code has its place above that of a signal.
-            status = int(row[2])
-            found[row[0]] = (row[1], status >> 8 or -(status & 0x7F))
+            code = int(status)
+            found[job] = Row(state, code >> 8 or -(code & 0x7F), " ".join(reason).strip())
     return found
 
 

@@ -7,18 +7,18 @@ cache, or has other code or libraries than the key says, computes nothing: its r
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import os
 import threading
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from hrcneuro.cache import fingerprint, why
 from hrcneuro.cache.disk import guarded, make_folder, read_file, remove, share
 from hrcneuro.errors import ConfigError, HrcError
 from hrcneuro.pipeline import job as jobs
-from hrcneuro.pipeline import keys
+from hrcneuro.pipeline import keys, second_cache
 from hrcneuro.pipeline.item import State
 
 RUNS = ".runs"
@@ -29,7 +29,7 @@ _KEPT_S = 30 * 86400.0
 _one_at_a_time = threading.Lock()
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Ticket:
     """A job on its way to a worker.
 
@@ -44,7 +44,7 @@ class Ticket:
     tries: int = 0
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Answer:
     """What became of a job; its record is read from the cache.
 
@@ -54,7 +54,7 @@ class Answer:
         seconds: How long it took.
         error, trace: What it failed of, and where.
         pulled: Whether its entry came from the second cache.
-        told: What a person should know of it besides.
+        notes: What a person should know of it besides.
         given_up: Whether it was not begun once more, as all workers that had begun it were lost.
     """
 
@@ -64,14 +64,14 @@ class Answer:
     error: HrcError | None = None
     trace: str = ""
     pulled: bool = False
-    told: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     given_up: bool = False
 
 
 def work(ticket: Ticket) -> Answer:
     """Compute a ticket's job in this process and publish its entry."""
     job = ticket.job
-    told: list[str] = []
+    notes: list[str] = []
     try:
         _see_the_run(ticket)
         with _one_at_a_time:
@@ -79,11 +79,14 @@ def work(ticket: Ticket) -> Answer:
             if ticket.tries and begun > ticket.tries:
                 return Answer(State.FAILED, begun - 1, given_up=True)
             _be_alike(job)
-            outcome = jobs.execute(job, told.append)
+            if not job.second_cache:
+                # Its address does not travel where it has a password.
+                job = dataclasses.replace(job, second_cache=second_cache.named(None))
+            outcome = jobs.execute(job, notes.append)
     except HrcError as error:
         return Answer(State.FAILED, error=error)
     return Answer(
-        outcome.state, begun, outcome.seconds, outcome.error, outcome.trace, pulled=outcome.pulled, told=tuple(told)
+        outcome.state, begun, outcome.seconds, outcome.error, outcome.trace, pulled=outcome.pulled, notes=tuple(notes)
     )
 
 
@@ -95,7 +98,7 @@ def run_folder(root: Path, run: str) -> Iterator[Path]:
         make_folder(folder, root)
         (folder / MARK).write_text(run, encoding="utf-8")
         share(folder / MARK, root)
-    _drop_old(folder)
+    drop_old(folder)
     try:
         yield folder
     finally:
@@ -103,8 +106,8 @@ def run_folder(root: Path, run: str) -> Iterator[Path]:
             remove(folder)
 
 
-def _drop_old(mine: Path) -> None:
-    """Remove the folders that killed runs have left; jobs of a younger one may still be under way.
+def drop_old(mine: Path) -> None:
+    """Remove the folders beside ours that killed runs have left; jobs of a younger one may still be under way.
 
     How old one is the disk's own clock says, which has just dated ours: this machine's may go wrong by years.
     """

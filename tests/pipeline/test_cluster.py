@@ -26,12 +26,12 @@ class Engine(Cluster):
     def close(self, *, interrupted):
         pass
 
-    def send(self, trip):
-        self.allowed.append(trip.resources)
+    def send(self, dispatch):
+        self.allowed.append(dispatch.resources)
         if self.losses:
-            self.lost(trip, **self.losses.pop(0))
+            self.lost(dispatch, **self.losses.pop(0))
         else:
-            self.arrived(trip, work(self.ticket(trip, counted=False)))
+            self.arrived(dispatch, work(self.ticket(dispatch, counted=False)))
 
 
 GONE = {"reason": "its node failed"}
@@ -74,6 +74,13 @@ def test_what_is_lost_too_often_is_named_with_its_causes_and_a_cure(job):
     assert done.error.problem == "acquire of s01 is missing: its 10 min ran out; its node failed, 2 times"
     assert "cluster.stages.acquire.memory_gb" in done.error.cure
     assert len(allowed) == 3
+
+
+def test_what_was_published_before_its_worker_was_lost_has_run_and_is_not_sent_again(job):
+    assert execute(job).state is State.RAN
+    done, allowed = outcome(job, GONE, retries=0)
+    assert (done.state, done.record.key, done.lost, len(allowed)) == (State.RAN, job.key, (), 1)
+    assert done.seconds > 0
 
 
 def test_an_answer_without_an_entry_in_the_cache_is_no_result(job, monkeypatch):

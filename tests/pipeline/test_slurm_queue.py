@@ -2,9 +2,9 @@
 
 import pytest
 
-from hrcneuro.pipeline import on_slurm
 from hrcneuro.pipeline.resources import Resources
-from hrcneuro.pipeline.slurm_queue import Verdict, read_queue, verdict
+from hrcneuro.pipeline.slurm_job import last_words
+from hrcneuro.pipeline.slurm_queue import Row, Verdict, read_queue, stuck, verdict
 
 ALLOWED = Resources(1.5, 10, 2)
 
@@ -30,18 +30,34 @@ def test_what_slurm_lost_is_sent_again_and_what_somebody_ended_is_not(state, cod
 
 def test_the_queue_is_read_with_the_exit_codes_that_it_hides_in_a_wait_status():
     said = (
-        "15_0                    CANCELLED           15            \n"
+        "15_0                    CANCELLED           15                  None                \n"
         "15_1                    COMPLETED           0             \n"
         "15_3                    FAILED              35072         \n"
-        "16                      PENDING             0             \n"
+        "16                      PENDING             0                   launch failed requeued held\n"
         "slurm_load_jobs error: Unable to contact slurm controller\n"
     )
     assert read_queue(said) == {
-        "15_0": ("CANCELLED", -15),
-        "15_1": ("COMPLETED", 0),
-        "15_3": ("FAILED", 137),
-        "16": ("PENDING", 0),
+        "15_0": Row("CANCELLED", -15, "None"),
+        "15_1": Row("COMPLETED"),
+        "15_3": Row("FAILED", 137),
+        "16": Row("PENDING", 0, "launch failed requeued held"),
     }
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "again"),
+    [
+        ("PENDING", "launch failed requeued held", True),
+        ("PENDING", "JobHeldAdmin", False),
+        ("REQUEUE_HOLD", "None", False),
+        ("PENDING", "BadConstraints", False),
+        *(("PENDING", reason, None) for reason in ("None", "Priority", "Resources", "JobArrayTaskLimit", "BeginTime")),
+        ("RUNNING", "None", None),
+    ],
+)
+def test_a_job_that_waits_for_what_will_not_come_is_told_from_one_that_waits_for_its_turn(state, reason, again):
+    judged = stuck(Row(state, 0, reason))
+    assert (judged and judged.again) == again
 
 
 def test_of_a_job_that_failed_its_own_last_words_are_told_and_not_slurm_s(tmp_path):
@@ -49,7 +65,7 @@ def test_of_a_job_that_failed_its_own_last_words_are_told_and_not_slurm_s(tmp_pa
     log.write_text(
         "Traceback\nModuleNotFoundError: No module named 'mne'\nsrun: error: task 0: Exited with exit code 1\n"
     )
-    assert on_slurm.last_words(log) == "ModuleNotFoundError: No module named 'mne'"
+    assert last_words(log) == "ModuleNotFoundError: No module named 'mne'"
     log.write_text("slurmstepd: error: *** STEP CANCELLED ***\n")
-    assert on_slurm.last_words(log) == "slurmstepd: error: *** STEP CANCELLED ***"
-    assert on_slurm.last_words(tmp_path / "none") == ""
+    assert last_words(log) == "slurmstepd: error: *** STEP CANCELLED ***"
+    assert last_words(tmp_path / "none") == ""

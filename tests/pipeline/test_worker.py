@@ -54,13 +54,13 @@ def test_a_worker_reads_through_the_second_cache_and_tells_what_was_wrong_there(
     reading = Ticket(dataclasses.replace(job, second_cache=bucket.url), run.name)
     remove(store.folder(*entry))
     answer = work(reading)
-    assert (answer.state, answer.pulled, answer.told) == (State.HIT, True, ())
+    assert (answer.state, answer.pulled, answer.notes) == (State.HIT, True, ())
     for file in (p for p in (tmp_path / "bucket" / "files").rglob("*") if p.is_file()):
         file.write_bytes(b"x" * file.stat().st_size)
     remove(store.folder(*entry))
     answer = work(reading)
     assert (answer.state, answer.pulled) == (State.RAN, False)
-    assert "has changed" in " ".join(answer.told)
+    assert "has changed" in " ".join(answer.notes)
 
 
 def test_without_the_run_s_file_nothing_is_computed(job, tmp_path):
