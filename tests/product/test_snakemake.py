@@ -19,17 +19,17 @@ STUDY = f"study.stages={json.dumps(STAGES)}"
 def snakemake(tiny):
     """Run Snakemake on the tiny study with these assignments of the configuration."""
 
-    def run(*options, assignments=()):
+    def run(*options, assignments=(), study=STUDY, code=0):
         command = [
             *(sys.executable, "-m", "snakemake", "--snakefile", ROOT / "pipelines" / "Snakefile", "--cores", "2"),
-            *("--config", "study=tiny.toml", "workdir=there", f"set={json.dumps([STUDY, *assignments])}"),
+            *("--config", "study=tiny.toml", "workdir=there", f"set={json.dumps([study, *assignments])}"),
             *(*options, "--", "numbers"),
         ]
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
         done = subprocess.run(
             [*map(str, command)], cwd=tiny, env=environment, capture_output=True, text=True, check=False, timeout=300
         )
-        assert done.returncode == 0, done.stdout + done.stderr
+        assert done.returncode == code, done.stdout + done.stderr
         return done.stdout + done.stderr
 
     return run
@@ -72,3 +72,19 @@ def test_its_jobs_make_the_same_bytes_and_a_second_time_there_are_none(hrcneuro,
     assert "Nothing to be done" in snakemake(assignments=[one])
     changed = "epoch.tmax=0.9"
     assert named(snakemake("--dry-run", assignments=[one, changed])) == {"epoch s01"}
+
+
+@pytest.mark.parametrize("arm", [["backend=ur", "host=127.0.0.9", "at_the_robot=true"], ["backend=ursim"]])
+def test_an_arm_in_real_time_is_not_left_to_it(snakemake, tiny, arm):
+    given = [f"robot.{one}" for one in arm]
+    said = snakemake("--dry-run", study="study.stages=['robot']", assignments=given, code=1)
+    assert "drives one arm in real time, and 2 subjects are asked of it (s01, s02)" in said
+    assert "one subject a command" in said
+
+
+def test_a_job_is_tried_again_as_often_as_the_configuration_says_with_more_each_time(snakemake, tiny):
+    given = ["study.subjects=['s01']", "acquire.source=file", "acquire.path=none/{subject}.fif", "cluster.retries=5"]
+    given += ["cluster.stages.acquire.retries=1", "cluster.stages.acquire.memory_gb=0.5"]
+    said = snakemake(study="study.stages=['acquire']", assignments=given, code=1)
+    assert said.count("Error in rule acquire") == 2
+    assert re.findall(r"mem_mb=(\d+)", said) == ["512", "1024"]
