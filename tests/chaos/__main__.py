@@ -27,6 +27,7 @@ SCRIPTS = {
     "interrupts": [HERE / "interrupts.py", TRIALS or "16", SEED or "0"],
     "versions": [HERE / "versions.py", TRIALS or "4", SEED or "0"],
     "shared": [HERE / "shared.py", TRIALS or "20", SEED or "0"],
+    "engines": [HERE / "engines.py"],
     "slurm": [HERE / "slurm_study.py"],
     "experiment": [PRODUCT / "experiment_kills.py", TRIALS or "20", SEED or "0"],
     "subjects": [PRODUCT / "experiment_subjects.py"],
