@@ -175,3 +175,13 @@ def test_an_entry_that_is_seen_late_keeps_no_other_job_waiting(slurm, scripted, 
     assert not futures[0].done()
     slurm._unseen = {dispatch: (answer, 0.0) for dispatch, (answer, _) in slurm._unseen.items()}
     assert "its entry is not in the cache" in settled(futures[0])[1]
+
+
+def test_of_an_answer_that_means_nothing_here_the_last_words_of_the_job_s_log_are_told(slurm, scripted, job):
+    future = slurm.submit(execute, job)
+    (one,) = jobs_of(slurm, 1)
+    (slurm._private / f"{one}_0_log.err").write_text("Traceback\nImportError: libmkl.so.2\nsrun: error: exit code 1\n")
+    (slurm._private / f"{one}_0_result.pkl").write_bytes(b"cos\nno_such_name\n.")
+    problem = settled(future)[1]
+    assert "acquire of s01 came to no result on a worker: AttributeError" in problem
+    assert problem.endswith("its log ends with: ImportError: libmkl.so.2")
