@@ -57,5 +57,6 @@ def _number(provenance: Mapping[str, Any], name: str, most: float) -> float:
     """Return a number of a record; 0 for what can be none: who shares a cache may write into it what they like."""
     value = provenance.get(name)
     # Compared before it becomes a float: an integer of JSON may have more digits than one takes.
-    sound = isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= most
-    return float(value) if sound else 0.0
+    if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= most:
+        return 0.0
+    return float(value)
