@@ -5,6 +5,7 @@ and byte for byte, and a second run of ours must find all of them.
 """
 
 import importlib.util
+import json
 import shutil
 import subprocess
 import sys
@@ -66,10 +67,13 @@ def _slurm(pipeline, base):
 
 def _snakemake(pipeline, base):
     path = ROOT / pipeline
-    study = (path.parent / tomllib.loads(path.read_text())["config"]).resolve()
+    asked = tomllib.loads(path.read_text())
+    study = (path.parent / asked["config"]).resolve()
+    stages = [f"study.stages={json.dumps(asked['stages'])}"] if "stages" in asked else []
     command = [
         *(sys.executable, "-m", "snakemake", "--snakefile", ROOT / "pipelines" / "Snakefile", "--cores", "2"),
         *("--directory", base, "--config", f"study={study}", f"workdir={base / 'snakemake'}"),
+        f"set={json.dumps(stages)}",
     ]
     done = subprocess.run(
         [*map(str, command)], cwd=base, env=around(), capture_output=True, text=True, timeout=_RUN_S, check=False
