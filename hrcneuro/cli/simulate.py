@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -30,12 +31,22 @@ def simulate(
             autocompletion=completion.axes,
         ),
     ] = None,
+    evidence: Annotated[
+        str,
+        typer.Option(
+            metavar="FOLDER",
+            help="Session logs of a closed loop with people (Ehrlich & Cheng 2018): replay them, and hold what was "
+            "foretold against them.",
+        ),
+    ] = "",
 ) -> int:
-    """Run the stage, with a design sweep where one is asked for."""
+    """Run the stage, with a design sweep and evidence where they are asked for."""
     from hrcneuro.cli import bring
 
     assignments, mistakes = _assignments(sweep or [])
-    return bring.stage("simulate", options, None, others={"--sweep": assignments}, mistakes=mistakes)
+    logs = [f"simulate.evidence={json.dumps(evidence)}"] if evidence else []
+    others = {"--sweep": assignments, "--evidence": logs}
+    return bring.stage("simulate", options, None, others=others, mistakes=mistakes)
 
 
 def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:

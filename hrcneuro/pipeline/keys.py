@@ -80,8 +80,9 @@ class Keys:
             parts["params"] = params(config)
             stage = stages.load(task.name)
             parts["libs"] = {**parts["libs"], **{name: fingerprint.version(name) for name in stage.packages(config)}}
-            if stage.sweep and not stage.sweep.owns(config, task.unit):
-                parts["params"] = {k: v for k, v in parts["params"].items() if k not in stage.sweep.options}
+            own = stage.side(config, task.unit)
+            others = {name for side in stage.sides if side is not own for name in side.options}
+            parts["params"] = {k: v for k, v in parts["params"].items() if k not in others}
             files = stage.sources(config, task.unit)
             if files:
                 parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}
@@ -92,6 +93,13 @@ class Keys:
         if not task.draws:
             return self._placed(self.settings.section(task.name, task.unit))
         return chosen(self.settings.sections, drawing_of(task).options)
+
+    def places(self, task: Task) -> dict[str, str]:
+        """Return option -> path that only a result on the side reads, such as logs that were named for once."""
+        config = None if task.draws else self.config(task)
+        side = stages.load(task.name).side(config, task.unit) if config else None
+        named = _places(config, self.folder, "path") if side else {}
+        return {name: str(place) for name, place in named.items() if side and name in side.options}
 
     def _placed(self, config: Any) -> Any:
         """Return options whose places lie in the working folder where nobody named one: what is named is absolute."""

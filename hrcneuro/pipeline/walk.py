@@ -288,4 +288,4 @@ class Run:
         node.item.summary = record.summary
         node.item.artifacts = {name: str(folder / name) for name in record.outputs}
         if not dry:
-            self.workdir.point(record)
+            self.workdir.point(record, self.keys.places(node.task))

@@ -14,7 +14,7 @@ from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry, Record, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.cache.studies import Studies
-from hrcneuro.contract import GROUP, SWEEP
+from hrcneuro.contract import ASKED_BY
 from hrcneuro.errors import ConfigError, DataError
 
 # Of the name under which pictures are kept: those of the stage erp lie under erp.figures.
@@ -48,8 +48,13 @@ class Workdir:
         """Whether a study has run here."""
         return bool(read_id(self.results) or self.keys())
 
-    def point(self, record: Record) -> None:
-        """Let the results pointer of a unit name this record."""
+    def point(self, record: Record, places: Mapping[str, str] | None = None) -> None:
+        """Let the results pointer of a unit name this record.
+
+        Args:
+            record: Of the entry.
+            places: Option -> path of what was read from outside, which is in no key, for who asks for it again.
+        """
         path = self._pointer_path(record.stage, record.unit)
         text = json.dumps(
             {
@@ -58,6 +63,7 @@ class Workdir:
                 "key": record.key,
                 "files": sorted(record.outputs),
                 "parts": record.parts,
+                **({"places": places} if places else {}),
             },
             indent=1,
             sort_keys=True,
@@ -81,6 +87,11 @@ class Workdir:
         """Return the parts of the key that the pointer names, or None where the unit never ran."""
         parts = self._read(stage, unit).get("parts")
         return parts if isinstance(parts, dict) and all(isinstance(p, dict | str) for p in parts.values()) else None
+
+    def places(self, stage: str, unit: str) -> dict[str, str]:
+        """Return option -> path of what the unit was last made from; none where the pointer names none."""
+        places = self._read(stage, unit).get("places")
+        return {k: v for k, v in places.items() if isinstance(v, str)} if isinstance(places, dict) else {}
 
     def keys(self) -> set[Entry]:
         """Return (stage, unit, key) of every pointer; of one that cannot be understood, all that it may point at.
@@ -162,7 +173,7 @@ class Workdir:
     def _record(self, stage: str, unit: str) -> tuple[Path, Record]:
         """Return the folder and the record of the entry that the pointer names."""
         key = self.pointer(stage, unit)
-        what = {GROUP: "", SWEEP: " --sweep AXIS=VALUES"}.get(unit, f" {unit}")
+        what = ASKED_BY.get(unit, f" {unit}")
         cure = f"hrcneuro {stage.removesuffix(FIGURES)}{what}"
         if not key:
             raise DataError(f"{stage} of {unit} has not run in {self.folder}", cure=cure)

@@ -35,7 +35,7 @@ def swept(folder, **axes):
     out = folder / "sweep"
     out.mkdir()
     simulate.run_sweep(config, Inputs.of("sweep", simulate=parts), out)
-    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.sweep.options}
+    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.sides["sweep"].options}
     given = SimpleNamespace(simulate=SimpleNamespace(**{name: getattr(config, name) for name in options}))
     return given, Inputs.of("sweep", simulate=out)
 

@@ -218,9 +218,9 @@ def test_of_many_designs_those_one_step_from_the_usual_are_told(swept):
 
 def test_the_simulations_know_nothing_of_the_sweep():
     names = {f.name for f in dataclasses.fields(simulate.Config)}
-    assert set(simulate.STAGE.sweep.options) <= names
-    assert {name for name in names if name.startswith("sweep")} == set(simulate.STAGE.sweep.options)
-    assert not simulate.STAGE.sweep.asked(simulate.Config())
+    for side in simulate.STAGE.sides:
+        assert {name for name in names if name.startswith(side.unit)} == set(side.options)
+        assert not side.asked(simulate.Config())
 
 
 @pytest.mark.parametrize("change", [{"ddof": 1}, {"carry_over": True}])
