@@ -65,8 +65,12 @@ def _over_accuracy(axes: Axes, sessions: pd.DataFrame, predicted: pd.DataFrame, 
             mean, half = 100 * own["predicted"].to_numpy(), 100 * own["half_width"].to_numpy()
             axes.fill_between(own["accuracy"], mean - half, mean + half, color=colour, alpha=0.18, lw=0)
             axes.plot(own["accuracy"], mean, color=colour, lw=1.2, label=label)
-    _needed(axes, design)
     x, y = 100 * sessions["balanced"].to_numpy(), 100 * sessions["last_right"].to_numpy()
+    axes.set(
+        xlabel="online decoder: balanced accuracy (%)", ylabel="right guesses, last ten (%)", ylim=(-4, 104),
+        xlim=(min(44.0, x.min() - 2), 101),
+    )  # fmt: skip
+    _needed(axes, design)
     axes.plot(x, y + _apart(x, y), "o", color=INK, ms=2.6, alpha=0.45, mew=0, label="a session", clip_on=False)
     seen = predicted[(predicted["predictor"] == "eq3-6") & (predicted["group"] != "all")]
     for row in seen.to_dict("records"):
@@ -77,10 +81,6 @@ def _over_accuracy(axes: Axes, sessions: pd.DataFrame, predicted: pd.DataFrame, 
             middle, mean, yerr=[[max(mean - low, 0)], [max(high - mean, 0)]], fmt="o", color=INK, ms=4.5, lw=1.1,
             capsize=2, zorder=5, label="_" if row["group"] != seen["group"].iloc[0] else "sessions, mean",
         )  # fmt: skip
-    axes.set(
-        xlabel="online decoder: balanced accuracy (%)", ylabel="right guesses, last ten (%)", ylim=(-4, 104),
-        xlim=(min(44.0, x.min() - 2), 101),
-    )  # fmt: skip
 
 
 def _apart(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -110,8 +110,8 @@ def _needed(axes: Axes, design: pd.DataFrame) -> None:
             fontsize=6,
         )
     axes.annotate(
-        "as 80 % right choices", (101, 100 * _GOAL), xytext=(0, -6.5), textcoords="offset points", color=GREY,
-        fontsize=6, ha="right",
+        "as 80 % right choices", (axes.get_xlim()[0], 100 * _GOAL), xytext=(2, 1.5), textcoords="offset points",
+        color=GREY, fontsize=6,
     )  # fmt: skip
 
 
