@@ -188,7 +188,7 @@ def ready(config: Config) -> None:
 def _logs(config: Config, unit: str) -> Mapping[str, Path]:
     from hrcneuro.sources.gaze_layout import log_files
 
-    return log_files(config.evidence) if unit == EVIDENCE else {}
+    return log_files(config.evidence) if unit == EVIDENCE and config.evidence else {}
 
 
 def run_evidence(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
