@@ -98,17 +98,17 @@ def _decoder(rows: pd.DataFrame, subjects: pd.DataFrame) -> dict[str, Any]:
 
 def _guesses(rows: pd.DataFrame) -> list[dict[str, Any]]:
     """Return right guesses in the first and in the last ten trials, by the decoder's accuracy and by run."""
-    told = [("balanced", group, rows[rows["group"] == group]) for group in scores.GROUPS]
+    told = [("balanced", interval, rows[rows["bin"] == interval]) for interval in scores.BINS]
     told += [("run", str(run), rows[rows["run"] == run]) for run in sorted(rows["run"].unique())]
     return [
         {
             "by": by,
-            "group": group,
+            "bin": interval,
             "sessions": len(part),
             "first": float(part["first_right"].mean()),
             "last": float(part["last_right"].mean()),
         }
-        for by, group, part in told
+        for by, interval, part in told
         if len(part)
     ]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from hrcneuro.analyses.gaze_scores import GROUPS, People
+from hrcneuro.analyses.gaze_scores import BINS, People
 from hrcneuro.learning.gaze import CHANCE, SUCCESS, TAIL, TRIALS, DecoderRates
 from hrcneuro.learning.gaze_game import play
 from hrcneuro.learning.gaze_partner import Partner, Surface
@@ -161,13 +161,13 @@ def predicted_rows(rows: pd.DataFrame, predictors: Sequence[str], people: People
     """Return the rows of ``predicted.parquet``: what was foretold and what was seen, by the decoder's accuracy."""
     seen, made = rows["last_right"].to_numpy(), []
     for predictor in predictors:
-        for group in ("all", *GROUPS):
-            of = np.ones(len(rows), bool) if group == "all" else (rows["group"] == group).to_numpy()
+        for interval in ("all", *BINS):
+            of = np.ones(len(rows), bool) if interval == "all" else (rows["bin"] == interval).to_numpy()
             if of.any():
                 low, high = people.mean(seen, of)
                 means = {"predicted": float(rows[predictor][of].mean()), "observed": float(seen[of].mean())}
                 size = {"sessions": int(of.sum())}
-                made.append({"predictor": predictor, "group": group, **size, **means, "low": low, "high": high})
+                made.append({"predictor": predictor, "bin": interval, **size, **means, "low": low, "high": high})
     return pd.DataFrame(made)
 
 

@@ -13,7 +13,7 @@ from hrcneuro.learning.gaze_counts import TrialCounts, is_path, looks, trial_cou
 from hrcneuro.learning.gaze_partner import Reading
 
 EDGES = (0.60, 0.75, 0.85)
-GROUPS = ("< 0.60", "0.60-0.75", "0.75-0.85", ">= 0.85")
+BINS = ("< 0.60", "0.60-0.75", "0.75-0.85", ">= 0.85")
 EARLY = 25  # trials, of which an accuracy is told that shares none with the last ten
 _DRAWS = 4000
 
@@ -75,7 +75,7 @@ def session_rows(sessions: Sequence[GazeSession]) -> pd.DataFrame:
                 "first_right": float(right[:TAIL].mean()),
                 "last_right": float(right[-TAIL:].mean()),
                 "early_balanced": early.balanced,
-                "group": GROUPS[int(np.searchsorted(EDGES, whole.balanced, side="right"))],
+                "bin": BINS[int(np.searchsorted(EDGES, whole.balanced, side="right"))],
             }
         )
     return pd.DataFrame(rows)
@@ -105,14 +105,14 @@ def guess_rows(sessions: Sequence[GazeSession], rows: pd.DataFrame, people: Peop
     """Return the rows of ``guesses.parquet``: right guesses as a session goes on, by the decoder's accuracy."""
     right = np.stack([_right(one) for one in scored(sessions)])
     made = []
-    for group in GROUPS:
-        of = (rows["group"] == group).to_numpy()
+    for interval in BINS:
+        of = (rows["bin"] == interval).to_numpy()
         for end in range(TAIL, right.shape[1] + 1, TAIL) if of.any() else ():
             share = right[:, end - TAIL : end].mean(axis=1)
             low, high = people.mean(share, of)
             mean = float(share[of].mean())
             made.append(
-                {"group": group, "sessions": int(of.sum()), "trial": end, "right": mean, "low": low, "high": high}
+                {"bin": interval, "sessions": int(of.sum()), "trial": end, "right": mean, "low": low, "high": high}
             )
     return pd.DataFrame(made)
 

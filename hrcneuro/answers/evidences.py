@@ -14,7 +14,7 @@ NAMES = {
     "adapting": "the game, partner who adapts",
     "eq3-6_early": "Eq 3-6, from the first 25 trials",
 }
-_GROUPS = {"balanced": "balanced accuracy", "run": "run"}
+_BINS = {"balanced": "balanced accuracy", "run": "run"}
 
 
 def evidence(summary: Summary) -> list[str]:
@@ -25,7 +25,7 @@ def evidence(summary: Summary) -> list[str]:
 def _decoder(summary: Summary) -> list[str]:
     one = summary["decoder"]
     rows = [
-        (f"{_GROUPS[row['by']]} {row['group']}", counted(row["sessions"], "session"), _to(row["first"], row["last"]))
+        (f"{_BINS[row['by']]} {row['bin']}", counted(row["sessions"], "session"), _to(row["first"], row["last"]))
         for row in summary["guesses"]
     ]
     return [
@@ -64,7 +64,7 @@ def _replay(one: Summary) -> list[str]:
 
 
 def _design(summary: Summary) -> list[str]:
-    need, found = summary["design"], summary["success"]
+    need, found, early = summary["design"], summary["success"], summary["success_early"]
     if need["accuracy"] is None:
         return ["the design tool finds no accuracy that is enough after so many trials"]
     told = [
@@ -80,9 +80,15 @@ def _design(summary: Summary) -> list[str]:
     return [
         f"the design tool asks for {number(need['accuracy'])} % right decisions (95 % band {number(need['low'])} to "
         f"{number(need['high'])}) for {found['right']} right guesses of the last ten; people {'; '.join(told)}",
+        f"the same by the accuracy of the first 25 trials alone: {_early(early)}",
         "right guesses in the last ten trials, seen against foretold (slope 1, bias 0: come true; 95 % over people):",
         *indented(rows),
     ]
+
+
+def _early(found: Summary) -> str:
+    parts = {name: found[name] for name in ("above", "below")}
+    return ", ".join(f"{name} {one['well']} of {one['sessions']}" for name, one in parts.items())
 
 
 def _partners(one: Summary) -> list[str]:

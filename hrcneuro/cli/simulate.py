@@ -51,7 +51,7 @@ def simulate(
 
 def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return ``--sweep`` as assignments such as ``--set`` takes, and its mistakes."""
-    from hrcneuro.stages.simulate import WIDE_SWEEP
+    from hrcneuro.learning.grid import WIDE
 
     names = [text.partition("=")[0].strip() for text in texts]
     mistakes = [
@@ -63,7 +63,7 @@ def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:
     for text in texts:
         if text != "wide":
             mistakes += _read_axis(text, asked)
-    values = {**(WIDE_SWEEP if "wide" in texts else {}), **asked}
+    values = {**(WIDE if "wide" in texts else {}), **asked}
     return [f"simulate.sweep.{axis}={list(numbers)}" for axis, numbers in values.items()], mistakes
 
 

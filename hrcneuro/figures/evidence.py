@@ -21,7 +21,7 @@ _PREDICTORS = {
 }
 _GOAL = CHANCE + (1 - CHANCE) * (2 * LEVEL - 1)  # right guesses of three as far above chance as LEVEL of two
 # From the worst decoders to the best.
-_GROUPS = {"< 0.60": GREY, "0.60-0.75": PURPLE, "0.75-0.85": SKY, ">= 0.85": GREEN}
+_BINS = {"< 0.60": GREY, "0.60-0.75": PURPLE, "0.75-0.85": SKY, ">= 0.85": GREEN}
 _SMALL = {"columnspacing": 1.0, "handlelength": 1.4}
 _WORDS = {"< 0.60": "below 60 %", "0.60-0.75": "60–75 %", "0.75-0.85": "75–85 %", ">= 0.85": "from 85 %"}
 
@@ -72,14 +72,14 @@ def _over_accuracy(axes: Axes, sessions: pd.DataFrame, predicted: pd.DataFrame, 
     )  # fmt: skip
     _needed(axes, design)
     axes.plot(x, y + _apart(x, y), "o", color=INK, ms=2.6, alpha=0.45, mew=0, label="a session", clip_on=False)
-    seen = predicted[(predicted["predictor"] == "eq3-6") & (predicted["group"] != "all")]
+    seen = predicted[(predicted["predictor"] == "eq3-6") & (predicted["bin"] != "all")]
     for row in seen.to_dict("records"):
-        of = sessions["group"] == row["group"]
+        of = sessions["bin"] == row["bin"]
         middle = 100 * float(sessions["balanced"][of].mean())
         mean, low, high = (100 * row[name] for name in ("observed", "low", "high"))
         axes.errorbar(
             middle, mean, yerr=[[max(mean - low, 0)], [max(high - mean, 0)]], fmt="o", color=INK, ms=4.5, lw=1.1,
-            capsize=2, zorder=5, label="_" if row["group"] != seen["group"].iloc[0] else "sessions, mean",
+            capsize=2, zorder=5, label="_" if row["bin"] != seen["bin"].iloc[0] else "sessions, mean",
         )  # fmt: skip
 
 
@@ -117,13 +117,13 @@ def _needed(axes: Axes, design: pd.DataFrame) -> None:
 
 def _over_trials(axes: Axes, guesses: pd.DataFrame) -> None:
     axes.axhline(100 * CHANCE, color=PALE, lw=0.8, zorder=0)
-    for place, (group, colour) in enumerate(_GROUPS.items()):
-        own = guesses[guesses["group"] == group]
+    for place, (interval, colour) in enumerate(_BINS.items()):
+        own = guesses[guesses["bin"] == interval]
         if len(own):
             # Side by side, so that their intervals can be told apart.
             middle = own["trial"].to_numpy() - (TAIL - 1) / 2 + 0.8 * (place - 1.5)
             y, low, high = (100 * own[name].to_numpy() for name in ("right", "low", "high"))
-            label = f"{_WORDS[group]} ({own['sessions'].iloc[0]} sessions)"
+            label = f"{_WORDS[interval]} ({own['sessions'].iloc[0]} sessions)"
             axes.plot(middle, y, "o-", color=colour, lw=1.3, ms=3.5, label=label)
             axes.vlines(middle, low, high, color=colour, lw=0.8, alpha=0.7)
     axes.set(xlabel="trial", ylabel="right guesses (%)", ylim=(-4, 104), xlim=(0, None))
@@ -132,7 +132,7 @@ def _over_trials(axes: Axes, guesses: pd.DataFrame) -> None:
 def _calibration(axes: Axes, predicted: pd.DataFrame) -> None:
     axes.plot([0, 100], [0, 100], color=PALE, lw=0.9, zorder=0)
     for name, (colour, marker, label) in _PREDICTORS.items():
-        own = predicted[(predicted["predictor"] == name) & (predicted["group"] != "all")]
+        own = predicted[(predicted["predictor"] == name) & (predicted["bin"] != "all")]
         if not len(own):
             continue
         own = own.sort_values("predicted")

@@ -16,7 +16,7 @@ _BAND = {
     "low": Column("float", "", "lower edge of its 95 % interval, bootstrap over subjects"),
     "high": Column("float", "", "upper edge"),
 }
-_GROUP = Column("category", "", "sessions by their online balanced accuracy")
+_BIN = Column("category", "", "bin of sessions by their online balanced accuracy")
 _PREDICTOR = Column("category", "", "eq3-6: the design tool; fixed, adapting: the game with such a partner")
 SESSIONS = Table(
     1,
@@ -31,7 +31,7 @@ SESSIONS = Table(
         "early_balanced": Column(
             "float", "", "balanced accuracy of the first 25 trials, half a trial added to each outcome"
         ),
-        "group": _GROUP,
+        "bin": _BIN,
         "eq3-6": Column("float", "", "last_right as foretold by the design tool from the balanced accuracy"),
         "fixed": Column("float", "", "last_right as foretold by the game with a fixed partner, fitted to others"),
         "adapting": Column("float", "", "the same with a partner who adapts"),
@@ -69,10 +69,10 @@ TRIALS = Table(
 )
 GUESSES = Table(
     1,
-    "one row a group of sessions and ten trials",
+    "one row a bin of sessions and ten trials",
     {
-        "group": _GROUP,
-        "sessions": Column("int", "", "sessions of the group"),
+        "bin": _BIN,
+        "sessions": Column("int", "", "sessions of the bin"),
         "trial": Column("int", "", "the last of the ten"),
         "right": Column("float", "", "share of right guesses, mean over sessions"),
         **_BAND,
@@ -80,11 +80,11 @@ GUESSES = Table(
 )
 PREDICTED = Table(
     1,
-    "one row a predictor and group of sessions",
+    "one row a predictor and bin of sessions",
     {
         "predictor": _PREDICTOR,
-        "group": _GROUP,
-        "sessions": Column("int", "", "sessions of the group"),
+        "bin": _BIN,
+        "sessions": Column("int", "", "sessions of the bin"),
         "predicted": Column("float", "", "share of right guesses in the last 10 trials as foretold, mean"),
         "observed": Column("float", "", "the same as logged, mean"),
         **_BAND,

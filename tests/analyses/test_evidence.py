@@ -28,11 +28,11 @@ def test_the_known_figures_of_the_published_logs(published):
     pooled = subjects["balanced"]
     found = (pooled.mean(), pooled.std(), pooled.min(), pooled.max())
     assert [round(x, 3) for x in found] == [0.757, 0.117, 0.505, 0.918]
-    by = rows.groupby("group")[["first_right", "last_right"]].mean().round(2)
-    sizes = rows.groupby("group").size()
+    by = rows.groupby("bin")[["first_right", "last_right"]].mean().round(2)
+    sizes = rows.groupby("bin").size()
     known = {"< 0.60": (8, 0.38, 0.50), "0.60-0.75": (11, 0.43, 0.39), "0.75-0.85": (16, 0.34, 0.74)}
-    for group, (n, first, last) in (known | {">= 0.85": (13, 0.45, 0.74)}).items():
-        assert (sizes[group], *by.loc[group]) == pytest.approx((n, first, last), abs=0.0051)
+    for interval, (n, first, last) in (known | {">= 0.85": (13, 0.45, 0.74)}).items():
+        assert (sizes[interval], *by.loc[interval]) == pytest.approx((n, first, last), abs=0.0051)
     runs = rows.groupby("run")[["first_right", "last_right"]].mean()
     assert runs.round(2).to_numpy().tolist() == [[0.34, 0.62], [0.40, 0.61], [0.45, 0.63]]
 
