@@ -102,7 +102,7 @@ def _needed(axes: Axes, design: pd.DataFrame) -> None:
         axes.axvspan(found.low, high, color=BLUE, alpha=0.12, lw=0, zorder=0)
         axes.axvline(found.accuracy, color=BLUE, lw=0.9, ls=":", zorder=0)
         axes.annotate(
-            f"{found.accuracy:.0f} % needed",
+            f"{found.accuracy:.1f} % needed",
             (high, 0),
             xytext=(3, 1),
             textcoords="offset points",
