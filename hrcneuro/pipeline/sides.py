@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,25 +14,32 @@ from hrcneuro.contract import OF_ALL, SideResult, is_piece
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.workdir import Workdir
 
+_AS_LAST = "as last time"
+
 
 def remembered(settings: Settings, workdir: Workdir) -> Settings:
     """Return the configuration with what was last asked for of every result on the side that it does not ask for.
 
     Such a result is named on the command line, for once. ``status`` and the report, which are not told of it, find it
-    by what its pointer says.
+    by what its pointer says; where the files that it was made from lie, nothing that is kept says, and their content
+    as it was then stands for them.
     """
-    sections = dict(settings.sections)
+    sections, sources = dict(settings.sections), dict(settings.last_sources)
     for name in stages.NAMES:
         for side in stages.load(name).sides:
             if not side.asked(sections[name]):
-                sections[name] = _with_last(sections[name], side, name, workdir)
-    return dataclasses.replace(settings, sections=sections)
+                last = workdir.last(name, side.unit) or {}
+                sections[name] = _with_last(sections[name], side, name, last)
+                if side.place and side.asked(sections[name]):
+                    sources[name, side.unit] = _table(last.get("sources"))
+    return dataclasses.replace(settings, sections=sections, last_sources=sources)
 
 
-def _with_last(section: Any, side: SideResult, stage: str, workdir: Workdir) -> Any:
-    parts = workdir.last(stage, side.unit) or {}
-    given = {**_table(parts.get("params")), **workdir.places(stage, side.unit)}
+def _with_last(section: Any, side: SideResult, stage: str, last: Mapping[str, Any]) -> Any:
+    given = _table(last.get("params"))
     known = {option: given[option] for option in side.options if option in given}
+    if side.place and _table(last.get("sources")):
+        known[side.place] = _AS_LAST
     reader = Reader("pointer", Path())
     found, _ = reader.record(section, known, stage)
     # What another version was asked for may be nothing that this one can do.

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import guarded
+from hrcneuro.cache.disk import guarded, read_file
 from hrcneuro.cache.placed import PlacedStudy, read_id
-from hrcneuro.cache.record import Entry, Record, is_key, read_record
+from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.cache.studies import Studies
 from hrcneuro.contract import ASKED_BY
@@ -48,13 +48,8 @@ class Workdir:
         """Whether a study has run here."""
         return bool(read_id(self.results) or self.keys())
 
-    def point(self, record: Record, places: Mapping[str, str] | None = None) -> None:
-        """Let the results pointer of a unit name this record.
-
-        Args:
-            record: Of the entry.
-            places: Option -> path of what was read from outside, which is in no key, for who asks for it again.
-        """
+    def point(self, record: Record) -> None:
+        """Let the results pointer of a unit name this record."""
         path = self._pointer_path(record.stage, record.unit)
         text = json.dumps(
             {
@@ -63,15 +58,14 @@ class Workdir:
                 "key": record.key,
                 "files": sorted(record.outputs),
                 "parts": record.parts,
-                **({"places": places} if places else {}),
             },
             indent=1,
             sort_keys=True,
         )
         try:
-            if path.read_text(encoding="utf-8") == text:
+            if read_file(path) == text.encode():
                 return
-        except (OSError, UnicodeDecodeError):
+        except OSError:
             pass
         with guarded(self.results):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -87,11 +81,6 @@ class Workdir:
         """Return the parts of the key that the pointer names, or None where the unit never ran."""
         parts = self._read(stage, unit).get("parts")
         return parts if isinstance(parts, dict) and all(isinstance(p, dict | str) for p in parts.values()) else None
-
-    def places(self, stage: str, unit: str) -> dict[str, str]:
-        """Return option -> path of what the unit was last made from; none where the pointer names none."""
-        places = self._read(stage, unit).get("places")
-        return {k: v for k, v in places.items() if isinstance(v, str)} if isinstance(places, dict) else {}
 
     def keys(self) -> set[Entry]:
         """Return (stage, unit, key) of every pointer; of one that cannot be understood, all that it may point at.
@@ -147,6 +136,7 @@ class Workdir:
             names = [*names, *drawn]
         if name not in names:
             raise DataError(f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(names))}")
+        refuse_dropped(folder, stage, unit, name)
         return folder / name
 
     def summary(self, stage: str, unit: str) -> Mapping[str, Any]:
@@ -194,6 +184,19 @@ class Workdir:
             return {}
 
 
+def refuse_dropped(folder: Path, stage: str, unit: str, name: str) -> None:
+    """Refuse a file of an entry that was dropped to save disk.
+
+    Raises:
+        DataError: It was.
+    """
+    if name in dropped(folder):
+        own = ASKED_BY.get(unit, f" {unit}")
+        raise DataError(
+            f"{name} of {stage} of {unit} was dropped to save disk", cure=f"hrcneuro {stage}{own} makes it again"
+        )
+
+
 def _parsed(path: Path) -> dict[str, Any]:
     """Return what a pointer says; nothing where it cannot be understood.
 
@@ -201,7 +204,7 @@ def _parsed(path: Path) -> dict[str, Any]:
         OSError: It cannot be read.
     """
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(read_file(path))
     except (ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -318,6 +318,7 @@ STAGE = Stage(
             asked=lambda config: bool(config.evidence),
             run=run_evidence,
             options=("evidence", "evidence_partners", "evidence_repetitions"),
+            place="evidence",
         ),
     ),
     sources=_logs,

@@ -60,13 +60,21 @@ def test_logs_elsewhere_are_the_same_evidence_and_others_are_not(hrcneuro, held,
     assert items["group"]["state"] == "hit"
 
 
-def test_where_the_logs_have_gone_nothing_is_said_of_them(hrcneuro, held):
+def test_it_stays_where_the_logs_have_gone_and_nothing_kept_says_where_they_were(hrcneuro, held):
     folder, _ = held
     away = (folder / "logs").rename(folder / "away")
     try:
-        assert states(hrcneuro, folder) == {"group": "hit"}
+        assert states(hrcneuro, folder) == {"group": "hit", "evidence": "hit"}
     finally:
         away.rename(folder / "logs")
+    pointers = [*(folder / "results").rglob("*.json"), *(folder / "cache").rglob("record.json")]
+    assert pointers
+    assert not [path for path in pointers if str(folder) in path.read_text()]
+
+
+def test_evidence_of_other_options_is_not_shown(hrcneuro, held):
+    folder, _ = held
+    assert states(hrcneuro, folder, "--set", "simulate.evidence_repetitions=6") == {"group": "hit"}
 
 
 def test_other_people_s_logs_are_refused_before_anything_runs(hrcneuro, tmp_path):
