@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -32,19 +33,20 @@ def simulate(
         ),
     ] = None,
     evidence: Annotated[
-        str,
+        Path | None,
         typer.Option(
             metavar="FOLDER",
             help="Session logs of a closed loop with people (Ehrlich & Cheng 2018): replay them, and hold what was "
             "foretold against them.",
         ),
-    ] = "",
+    ] = None,
 ) -> int:
     """Run the stage, with a design sweep and evidence where they are asked for."""
     from hrcneuro.cli import bring
 
     assignments, mistakes = _assignments(sweep or [])
-    logs = [f"simulate.evidence={json.dumps(evidence)}"] if evidence else []
+    # In quotes, whatever it looks like; a byte that is no text stays one.
+    logs = [f"simulate.evidence={json.dumps(str(evidence), ensure_ascii=False)}"] if evidence else []
     others = {"--sweep": assignments, "--evidence": logs}
     return bring.stage("simulate", options, None, others=others, mistakes=mistakes)
 
