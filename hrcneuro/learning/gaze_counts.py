@@ -51,7 +51,7 @@ def row_solutions(before: np.ndarray, after: np.ndarray, *, error: bool) -> list
     least_truncated = np.maximum(np.ceil(sign * (edge - before) / STEP - _WHOLE), 1).astype(int)
     sums = 1.0 + sign * STEP * np.arange(MOST + 1)
     sums = sums[sums > 0.5 * FLOOR]
-    scales = np.concatenate([sums, bound / after])
+    scales = np.concatenate([sums, bound / after[after > 0.0]])
     scaled = scales[:, None] * after
     counts = sign * (scaled - before) / STEP
     nearest = np.rint(counts).astype(int)

@@ -78,6 +78,7 @@ def test_a_whole_session_is_replayed_to_the_last_digit_of_its_log():
 def test_a_policy_that_no_counts_explain_has_no_solution():
     before = gaze.uniform()[0]
     assert gaze_counts.row_solutions(before, np.array([0.26, 0.25, 0.25, 0.24]), error=False) == []
+    assert gaze_counts.row_solutions(before, np.array([0.5, 0.25, 0.25, 0.0]), error=True) == []
 
 
 @given(SEEDS)
