@@ -81,6 +81,10 @@ TABLES = {
         "group/confound.parquet": "hrcneuro.tables.simulate:CONFOUND",
         "sweep/sweep.parquet": "hrcneuro.tables.simulate:SWEEP",
         "sweep/needed.parquet": "hrcneuro.tables.simulate:NEEDED",
+        **{
+            f"evidence/{name}.parquet": f"hrcneuro.tables.evidence:{name.upper()}"
+            for name in ("sessions", "subjects", "trials", "guesses", "predicted", "design", "partners")
+        },
     },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
@@ -150,12 +154,15 @@ def artifacts(stage: str) -> str:
 
 
 def _captions(stage: str) -> dict[str, Caption]:
-    """Return file -> caption of the pictures of a stage, the subject's first, the sweep's last."""
+    """Return file -> caption of the pictures of a stage, the subject's first, what is beside it last."""
     if stage not in drawings.STAGES:
         return {}
     drawn = drawings.load(stage)
     return {
-        name: text for one in (drawn.subject, drawn.group, drawn.sweep) if one for name, text in one.captions.items()
+        name: text
+        for one in (drawn.subject, drawn.group, *drawn.sides.values())
+        if one
+        for name, text in one.captions.items()
     }
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from hrcneuro.answers import brain, calibrations, decoding, recordings, robots, words
-from hrcneuro.contract import GROUP, SWEEP
+from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, robots, words
+from hrcneuro.contract import EVIDENCE, GROUP, SWEEP
 
 Summary = Mapping[str, Any]
 
@@ -49,6 +49,8 @@ def lines(stage: str, unit: str, summary: Summary, *, every: bool = False) -> li
         return []
     if unit == SWEEP:
         return robots.sweep(summary, every)
+    if unit == EVIDENCE:
+        return evidences.evidence(summary)
     if long := _LONG.get((stage, unit == GROUP)):
         return long(summary, every)
     known = (_GROUP if unit == GROUP else _SUBJECT).get(stage)
