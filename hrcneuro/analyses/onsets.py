@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
-    from hrcneuro.eeg.overlap import OtherOnsets
+    from hrcneuro.eeg.regression import OtherOnsets
     from hrcneuro.eeg.resample import Ratio
     from hrcneuro.eeg.selection import LabelledEpochs
 
@@ -61,7 +61,7 @@ def without_epoch(inputs: Inputs, trials: LabelledEpochs) -> OtherOnsets:
     """
     import numpy as np
 
-    from hrcneuro.eeg.overlap import OtherOnsets
+    from hrcneuro.eeg.regression import OtherOnsets
     from hrcneuro.io.fif import read_raw
     from hrcneuro.io.tables import read_table
 

@@ -1,0 +1,128 @@
+"""What a regression knows of every trial: the columns of the trial table, and two that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hrcneuro.eeg.formula import Predictors
+
+DERIVED = {
+    "takeover": "the other partner makes the next move, 1 or 0; 0 where this move is an error, since the paper's pairs "
+    "have none as their first move (§2.5.1); unknown of an episode's last move",
+    "soa": "soa_s less its mean over the trials that have one, in s",
+}
+"""Columns that a formula may name beside those of the trial table."""
+
+_CURE = "mend rerp.formula"
+
+
+def known_columns() -> tuple[str, ...]:
+    """Return the columns that a formula may name, whatever the study."""
+    from hrcneuro.tables.trials import TRIALS
+
+    return (*TRIALS.columns, *DERIVED)
+
+
+def check_formula(formula: str) -> None:
+    """Refuse a formula that cannot be read or names a column that no trial table has.
+
+    Raises:
+        ConfigError: As said.
+    """
+    from hrcneuro.eeg.formula import FormulaError, columns_of
+
+    try:
+        named = columns_of(formula)
+    except FormulaError as error:
+        raise ConfigError(f"rerp.formula = {error}", cure=_example()) from error
+    known = known_columns()
+    for name in named:
+        if name not in known:
+            raise ConfigError(
+                f"rerp.formula = {formula!r} names the column {name!r}{did_you_mean(name, known)}, which no trial table "
+                "has",
+                cure=f"use columns among {', '.join(known)}",
+            )
+
+
+def check_study(formula: str) -> None:
+    """Refuse a formula whose predictors the rules of the study's own task make impossible to tell apart.
+
+    They are tried on one simulated session, before anything is recorded or computed.
+
+    Raises:
+        ConfigError: As said.
+    """
+    import numpy as np
+
+    from hrcneuro.eeg.epochs import candidates
+    from hrcneuro.paradigm.params import SessionParams, TimingParams
+    from hrcneuro.paradigm.session import simulate_session
+    from hrcneuro.tables.trials import study_trials
+
+    moves = simulate_session(SessionParams(), rng=np.random.default_rng(0), timing=TimingParams())
+    table = with_derived(study_trials(moves, "simulated", None))
+    table = table.loc[candidates(table).index]
+    for scenario, rows in table.groupby("scenario"):
+        predictors_of(formula, rows, f"a simulated session, {scenario}")
+
+
+def with_derived(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the trial table with :data:`DERIVED`, truth as 0 and 1, and None for NaN in columns of words.
+
+    Args:
+        table: All trials, in order.
+    """
+    import numpy as np
+    import pandas as pd
+
+    from hrcneuro.eeg.selection import FLAGS
+
+    flags = {name: pd.to_numeric(table[name].astype(object), errors="coerce").astype(float) for name in FLAGS}
+    follows = table["soa_s"].notna() & table["actor"].notna()
+    handed = table["condition_before"].isin(["HR", "RH"]).astype(float)
+    soa = pd.to_numeric(table["soa_s"], errors="coerce").astype(float)
+    return table.assign(**flags, takeover=handed.where(follows, np.nan), soa=soa)
+
+
+def predictors_of(formula: str, table: pd.DataFrame, whose: str) -> Predictors:
+    """Return the predictors of trials that are fitted together.
+
+    Args:
+        formula: Right side of a Wilkinson formula.
+        table: Those trials, as :func:`with_derived` returns them.
+        whose: Named in errors: ``s01, iC``.
+
+    Raises:
+        ConfigError: The formula does not fit the table, or its predictors cannot be told apart there.
+    """
+    from hrcneuro.eeg.formula import AbsentColumnError, FormulaError, SingularError, predictors
+
+    centred = table.assign(soa=table["soa"] - table["soa"].mean())
+    try:
+        return predictors(formula, centred)
+    except AbsentColumnError as error:
+        raise ConfigError(
+            f"{whose}: rerp.formula = {error}", cure=f"leave it out, or use columns with values: {_valued(table)}"
+        ) from error
+    except SingularError as error:
+        raise ConfigError(
+            f"{whose}: the predictors cannot be told apart; rerp.formula = {error}",
+            cure="leave one of them out of rerp.formula, or fit more trials together (study.split)",
+        ) from error
+    except FormulaError as error:
+        raise ConfigError(f"{whose}: rerp.formula = {error}", cure=_example()) from error
+
+
+def _valued(table: pd.DataFrame) -> str:
+    return ", ".join(str(name) for name in table if table[name].notna().any() and table[name].nunique() > 1)
+
+
+def _example() -> str:
+    return "write terms joined by +, : (product), * (both and product) or / (within), such as 'actor / takeover + turn'"
