@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.errors import ConfigError, did_you_mean
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,12 +14,11 @@ if TYPE_CHECKING:
 DERIVED = {
     "takeover": "the other partner makes the next move, 1 or 0; 0 where this move is an error, since the paper's pairs "
     "have none as their first move (§2.5.1); unknown of an episode's last move",
-    "soa": "soa_s less its mean over the trials that have one, in s",
+    "soa": "soa_s less its mean over the trials that have one, in tenths of a second",
 }
 """Columns that a formula may name beside those of the trial table."""
 
-_CURE = "mend rerp.formula"
-
+_SESSIONS = 3
 
 def known_columns() -> tuple[str, ...]:
     """Return the columns that a formula may name, whatever the study."""
@@ -54,23 +52,27 @@ def check_formula(formula: str) -> None:
 def check_study(formula: str) -> None:
     """Refuse a formula whose predictors the rules of the study's own task make impossible to tell apart.
 
-    They are tried on one simulated session, before anything is recorded or computed.
+    They are tried on a few simulated sessions, before anything is recorded or computed: what is rare, as a wrong key, is
+    in one of them.
 
     Raises:
         ConfigError: As said.
     """
     import numpy as np
+    import pandas as pd
 
     from hrcneuro.eeg.epochs import candidates
     from hrcneuro.paradigm.params import SessionParams, TimingParams
     from hrcneuro.paradigm.session import simulate_session
     from hrcneuro.tables.trials import study_trials
 
-    moves = simulate_session(SessionParams(), rng=np.random.default_rng(0), timing=TimingParams())
-    table = with_derived(study_trials(moves, "simulated", None))
-    table = table.loc[candidates(table).index]
-    for scenario, rows in table.groupby("scenario"):
-        predictors_of(formula, rows, f"a simulated session, {scenario}")
+    tables = []
+    for seed in range(_SESSIONS):
+        moves = simulate_session(SessionParams(), rng=np.random.default_rng(seed), timing=TimingParams())
+        table = with_derived(study_trials(moves, f"simulated {seed}", None))
+        tables.append(table.loc[candidates(table).index])
+    for scenario, rows in pd.concat(tables, ignore_index=True).groupby("scenario"):
+        predictors_of(formula, rows, f"simulated sessions of the study's task, {scenario}")
 
 
 def with_derived(table: pd.DataFrame) -> pd.DataFrame:
@@ -104,7 +106,7 @@ def predictors_of(formula: str, table: pd.DataFrame, whose: str) -> Predictors:
     """
     from hrcneuro.eeg.formula import AbsentColumnError, FormulaError, SingularError, predictors
 
-    centred = table.assign(soa=table["soa"] - table["soa"].mean())
+    centred = table.assign(soa=10 * (table["soa"] - table["soa"].mean()))
     try:
         return predictors(formula, centred)
     except AbsentColumnError as error:

@@ -52,9 +52,9 @@ class Predictors:
 
     @property
     def inflation(self) -> Floats:
-        """Return by how much the others blow up each coefficient's variance, ndarray, shape (n_predictors,).
+        """Return each coefficient's variance inflation factor, ndarray, shape (n_predictors,).
 
-        1 where a predictor has nothing to do with the others; NaN of the intercept (variance inflation factor).
+        1 where a predictor has nothing to do with the others; NaN of the intercept.
         """
         rows = self.values[self.known]
         constant = np.ptp(rows, axis=0) == 0

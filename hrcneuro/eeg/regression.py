@@ -81,9 +81,9 @@ def deconvolved(
     # What no fitted sample holds, as parts of the response of onsets far from all epochs, is set to zero.
     held = system.matrix[diagonal]
     system.matrix[diagonal] = np.where(held > 0, held * (1 + RIDGE), 1.0)
-    # The transpose is in the order of LAPACK, which needs no copy of it, and its lower triangle is what is filled.
+    # The transpose is in the order of LAPACK, which needs no copy of it; only its lower triangle is filled, and read.
     factor = linalg.cho_factor(system.matrix.T, lower=True, overwrite_a=True, check_finite=False)
-    solved = linalg.cho_solve(factor, system.right, overwrite_b=True)
+    solved = linalg.cho_solve(factor, system.right, overwrite_b=True, check_finite=False)
     n_channels, n_times = data.shape[1:]
     every: Floats = solved.reshape(-1, n_times, n_channels).transpose(0, 2, 1)
     return every[: predictors.shape[1]]
