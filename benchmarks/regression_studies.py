@@ -1,9 +1,10 @@
 """How often the regression finds a takeover's own response, where it is and where it is not: ``FILE [STUDIES [UV]]``.
 
-Small studies of nine subjects: moves as the rules of the game make them (iC of simulated sessions), four channels at 40 Hz,
-noise as slow as EEG's. In the null studies errors, previous errors, turns and whose move it is have responses, takeovers
-have none, and neighbours' responses overlap. In the others takeovers have one of UV µV, with and without the rest.
-Beside the regression stand the plain contrast, the strata, and the stratum of both at once (turn ahead, no error before).
+Small studies of nine subjects: moves as the rules of the game make them (iC of simulated sessions), four channels at
+40 Hz, noise as slow as EEG's. In the null studies errors, previous errors, turns and whose move it is have responses,
+takeovers have none, and neighbours' responses overlap. In the others takeovers have one of UV µV, with and without the
+rest. Beside the regression stand the plain contrast, the strata, and the stratum of both at once (turn ahead, no error
+before).
 
 The studies of a row have their numbers as seeds: the first 60 of 1000 are those of a run of 60.
 """

@@ -32,9 +32,7 @@ class FlipOptions:
     seed: int = option(2023, "seed of random sign flips", low=0)
 
 
-def group_contrast(
-    differences: Floats, config: FlipOptions, adjacency: Any, *, stream: tuple[str, str]
-) -> Contrast:
+def group_contrast(differences: Floats, config: FlipOptions, adjacency: Any, *, stream: tuple[str, str]) -> Contrast:
     """Return what came out of all subjects' maps; of one subject there is no test.
 
     Args:

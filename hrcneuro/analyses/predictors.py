@@ -20,6 +20,7 @@ DERIVED = {
 
 _SESSIONS = 3
 
+
 def known_columns() -> tuple[str, ...]:
     """Return the columns that a formula may name, whatever the study."""
     from hrcneuro.tables.trials import TRIALS
@@ -43,17 +44,17 @@ def check_formula(formula: str) -> None:
     for name in named:
         if name not in known:
             raise ConfigError(
-                f"rerp.formula = {formula!r} names the column {name!r}{did_you_mean(name, known)}, which no trial table "
-                "has",
+                f"rerp.formula = {formula!r} names the column {name!r}{did_you_mean(name, known)}, which no trial "
+                "table has",
                 cure=f"use columns among {', '.join(known)}",
             )
 
 
 def check_study(formula: str) -> None:
-    """Refuse a formula whose predictors the rules of the study's own task make impossible to tell apart.
+    """Refuse a formula whose predictors cannot be told apart by the rules of the study's own task.
 
-    They are tried on a few simulated sessions, before anything is recorded or computed: what is rare, as a wrong key, is
-    in one of them.
+    They are tried on a few simulated sessions, before anything is recorded or computed: what is rare, as a wrong key,
+    is in one of them.
 
     Raises:
         ConfigError: As said.

@@ -118,8 +118,8 @@ DRAWINGS = Drawings(
     subject=Drawing(
         captions={
             "rerp_subject.png": Caption(
-                "One subject's coefficients at one channel, each with the others held equal, and maps of them; that of a "
-                "predictor of 0 and 1 is what it adds to the response, in µV. A description: nothing is tested"
+                "One subject's coefficients at one channel, each with the others held equal, and maps of them; that of "
+                "a predictor of 0 and 1 is what it adds to the response, in µV. A description: nothing is tested"
             )
         },
         reads=(Read("rerp", ("rerp.parquet", "channels.parquet")),),
@@ -130,9 +130,9 @@ DRAWINGS = Drawings(
         captions={
             "rerp_parts.png": Caption(
                 "What the plain difference of two conditions (black) is made of: each predictor's part is its "
-                "coefficient times how much its mean differs between the two; dashed is what no predictor explains, such "
-                "as responses to neighbouring onsets. The parts add up to the difference; all of it is of one model with "
-                "all trials",
+                "coefficient times how much its mean differs between the two; dashed is what no predictor explains, "
+                "such as responses to neighbouring onsets. The parts add up to the difference; all of it is of one "
+                "model with all trials",
                 "What plain differences are made of",
             ),
             "rerp.png": Caption(

@@ -1,4 +1,4 @@
-"""Wilkinson formulas on the trial table: which columns they name, the predictors they make, and which cannot be told apart.
+"""Wilkinson formulas on the trial table: the columns they name, the predictors they make, which cannot be told apart.
 
 ``actor / takeover + error + soa`` and the like, read by formulaic; an intercept is there unless ``- 1`` takes it away.
 Source of the notation: Wilkinson & Rogers 1973, doi:10.2307/2346786.
@@ -7,6 +7,7 @@ Source of the notation: Wilkinson & Rogers 1973, doi:10.2307/2346786.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -47,8 +48,7 @@ class Predictors:
     @property
     def known(self) -> NDArray[np.bool_]:
         """Which trials have all values, ndarray, shape (n_trials,)."""
-        known: NDArray[np.bool_] = np.isfinite(self.values).all(axis=1)
-        return known
+        return np.asarray(np.isfinite(self.values).all(axis=1))
 
     @property
     def inflation(self) -> Floats:
@@ -146,7 +146,7 @@ def _term(weight: float, name: str, *, first: bool) -> str:
     return f"{sign}{size}{name}"
 
 
-def _parsed(formula: str) -> object:
+def _parsed(formula: str) -> Any:
     import formulaic
 
     try:

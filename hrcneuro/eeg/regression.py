@@ -1,9 +1,9 @@
 """Regression of EEG on what is known of every trial, one model for all channels and times of an epoch.
 
-Each trial adds to the recording the sum of some responses, one a predictor, times its own values of the predictors. The
-least-squares responses are regression ERPs (Smith & Kutas 2015, doi:10.1111/psyp.12317). Onsets follow each other faster
-than an epoch is long; with ``deconvolved`` the responses of neighbours are part of the same model, so that none is left in
-another's (doi:10.1111/psyp.12320; Ehinger & Dimigen 2019, doi:10.7717/peerj.7838).
+Each trial adds to the recording the sum of some responses, one a predictor, times its own values of the predictors.
+The least-squares responses are regression ERPs (Smith & Kutas 2015, doi:10.1111/psyp.12317). Onsets follow each other
+faster than an epoch is long; with :func:`deconvolved` the responses of neighbours are part of the same model, so that
+none is left in another's (doi:10.1111/psyp.12320; Ehinger & Dimigen 2019, doi:10.7717/peerj.7838).
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ def of_epochs(data: Floats, predictors: Floats) -> Floats:
 
     Args:
         data: Epochs, ndarray, shape (n_epochs, n_channels, n_times), µV.
-        predictors: A column each, of full rank, ndarray, shape (n_epochs, n_predictors); trials with a NaN are left out.
+        predictors: A column each, of full rank, ndarray, shape (n_epochs, n_predictors); trials with a NaN are left
+            out.
 
     Returns:
         ndarray, shape (n_predictors, n_channels, n_times), µV a unit of the predictor.
     """
-    known = np.isfinite(predictors).all(axis=1)
+    known = np.isfinite(predictors).all(axis=-1)
     inverse = np.linalg.pinv(predictors[known])
     coefficients: Floats = (inverse @ data[known].reshape(int(known.sum()), -1)).reshape(-1, *data.shape[1:])
     return coefficients
@@ -90,11 +91,12 @@ def deconvolved(
 
 
 class _Normal:
-    """The normal equations of the recording's samples within any epoch, a column a predictor and sample of its response.
+    """The normal equations of the samples within any epoch, a column a predictor and sample of its response.
 
-    Where every sample of two responses is fitted, their product depends on the difference of the two samples alone: with
-    predictors x of two trials at onsets a and b, x_a x_b is added at all pairs of samples that are b - a apart. So nothing
-    as long as the recording is ever made. An onset without an epoch is fitted in part only, and added by itself.
+    Where every sample of two responses is fitted, their product depends on the difference of the two samples alone:
+    with predictors x of two trials at onsets a and b, x_a x_b is added at all pairs of samples that are b - a apart. So
+    nothing as long as the recording is ever made. An onset without an epoch is fitted in part only, and added by
+    itself.
 
     Attributes:
         matrix: Its upper triangle, ndarray, shape (n_columns · n_times, n_columns · n_times).
@@ -107,7 +109,7 @@ class _Normal:
         order = np.argsort(onsets)
         self._data, self._onsets = data, onsets[order]
         self._epoch = order
-        unknown = ~np.isfinite(predictors).all(axis=1)
+        unknown = np.isnan(predictors).any(axis=-1)
         reaching = None if others is None else _reaching(others, self._onsets, data.shape[-1])
         values = np.where(unknown[:, None], 0.0, predictors)
         if unknown.any() or reaching is not None:

@@ -32,8 +32,8 @@ class Config(FlipOptions):
 
     formula: str = option(
         "actor / takeover + error + prev_error + turn + soa",
-        "right side of a Wilkinson formula on the trial table, takeover (the other partner is next) and soa (soa_s about "
-        "its mean, in tenths of a second)",
+        "right side of a Wilkinson formula on the trial table, takeover (the other partner is next) and soa (soa_s "
+        "about its mean, in tenths of a second)",
     )
     overlap: str = option(
         "regress",
@@ -153,7 +153,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     write_table(channels.reset_index(), out / "channels.parquet", CHANNELS)
     found: dict[str, dict[str, Any]] = {}
     for one in tested:
-        labels = {"channel": shared, "time_s": first.times}
+        labels: dict[str, Any] = {"channel": shared, "time_s": first.times}
         found.setdefault(one.scenario, {})[one.name] = of_contrasts.contrast_summary(one, labels)
     lacking = [
         f"{one.scenario}, {one.name}: without {', '.join(sorted(set(units) - set(one.units)))}, whose trials lack it "

@@ -221,6 +221,7 @@ def write_tested(
 
 
 def tested_values(one: GroupContrast) -> dict[str, NDArray[Any]]:
+    """Return :data:`TESTED`'s columns of a map, each ndarray of the map's shape; without a test p is 1, t NaN."""
     result, shape = one.result, one.result.difference.shape
     test = result.test
     return {
@@ -264,11 +265,13 @@ def map_keys(axes: Mapping[str, Any], **constant: Any) -> pd.DataFrame:
 
 
 def flat_lists(value: NDArray[Any]) -> NDArray[Any]:
+    """Return a map as lists over time, ndarray, shape (n_rows, n_times), in single precision unless it is of truth."""
     flat = value.reshape(-1, value.shape[-1])
     return flat if flat.dtype == bool else flat.astype(np.float32)
 
 
 def write_maps(rows: list[pd.DataFrame], lists: Mapping[str, list[NDArray[Any]]], path: Path, table: Table) -> None:
+    """Write maps: their rows' key columns, and the lists of all rows, name -> one block a map."""
     keys = (
         pd.concat(rows, ignore_index=True)
         if rows

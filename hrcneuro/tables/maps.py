@@ -190,5 +190,6 @@ def _labels(keys: pd.DataFrame) -> pd.Series:
 
 
 def times_of(keys: pd.DataFrame, count: int) -> NDArray[np.float64]:
+    """Return the times of a table's lists, all of which begin alike, ndarray, shape (count,), s."""
     first = keys.iloc[0]
     return np.asarray(first["start_s"] + first["step_s"] * np.arange(count))

@@ -1,4 +1,4 @@
-"""The tables of rerp: coefficients and what was known of the trials, tests over subjects, what a plain difference is of."""
+"""The tables of rerp: coefficients, what was known of the trials, tests, what plain differences are made of."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hrcneuro.tables.maps import times_of
 Floats = NDArray[np.float64]
 
 PLAIN, REST = "plain difference", "rest"
-"""What parts add up to, and what of it no predictor explains: neighbours' responses, and what the model does not fit."""
+"""What parts add up to, and what of it no predictor explains: neighbours' responses, and misfit of the model."""
 
 _COEFFICIENT = {
     **of_maps.SCENARIO,

@@ -1,7 +1,18 @@
 """Every command, by its words."""
 
 COMMANDS = [
-    *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["rerp"], ["decode"], ["simulate"], ["robot"], ["calibrate"]),
+    *(
+        ["acquire"],
+        ["preprocess"],
+        ["epoch"],
+        ["erp"],
+        ["ersp"],
+        ["rerp"],
+        ["decode"],
+        ["simulate"],
+        ["robot"],
+        ["calibrate"],
+    ),
     *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
     *(["ur10", "serve"], ["record"], ["amp"], ["timing"], ["experiment"], ["rehearse"], ["online"]),
