@@ -104,10 +104,13 @@ def estimates(trials: pd.DataFrame, eeg: np.ndarray, rate: float, window: Window
     rows = wanted[(table.loc[wanted, "scenario"] == SCENARIO).to_numpy(bool)].to_numpy()
     good = judge(eeg, onsets[rows], window, borders=(), marked=(), limit=1000.0) == ""
     rows = rows[good]
-    own = predictors.predictors_of(Config().formula, table.loc[rows], SCENARIO)
+    rest = np.delete(np.arange(len(table)), rows)
+    here = (table.loc[rest, "scenario"] == SCENARIO).to_numpy(bool)
+    own, known = predictors.predictors_of(Config().formula, table.loc[rows], SCENARIO, table.loc[rest[here]])
+    values = np.full((len(rest), len(own.names)), np.nan)
+    values[here] = known
     data = cut(eeg, onsets[rows], window)
-    rest = np.delete(onsets, rows)
-    around = OtherOnsets(rest, np.tile([0, window.length], (len(rest), 1)))
+    around = OtherOnsets(onsets[rest], np.tile([0, window.length], (len(rest), 1)), values)
     maps = dict(zip(own.names, deconvolved(data, onsets[rows], own.values, around), strict=True))
     case = table.loc[rows, "condition_before"]
     plus, minus = averages(data, np.stack([(case == one).to_numpy(bool) for one in ("RH", "RR")]))

@@ -56,6 +56,7 @@ class Subject:
     onsets: np.ndarray
     trials: np.ndarray
     own: Predictors
+    rest: np.ndarray
     pairs: Mapping[str, np.ndarray]
 
 
@@ -65,7 +66,7 @@ def subject(seed: int) -> Subject:
     table = predictors.with_derived(study_trials(drawn, f"s{seed}", None))
     table = table[(table["scenario"] == "iC") & ~table["practice"].astype(bool)].reset_index(drop=True)
     wanted = candidates(table).index.to_numpy()
-    own = predictors.predictors_of(Config().formula, table.loc[wanted], f"s{seed}")
+    own, rest = predictors.predictors_of(Config().formula, table.loc[wanted], f"s{seed}", table.drop(wanted))
     rows = table.loc[wanted]
     case, turn, error = rows["condition_before"], rows["turn"] == 1, rows["prev_error"] == 1
     every = np.ones(len(rows), bool)
@@ -81,7 +82,7 @@ def subject(seed: int) -> Subject:
         for name, kind in kinds.items()
     }
     onsets = np.round((table["onset_s"].to_numpy(float) - table["onset_s"].min()) * SFREQ).astype(int) + 40
-    return Subject(table, onsets, wanted, own, pairs)
+    return Subject(table, onsets, wanted, own, rest, pairs)
 
 
 def recording(one: Subject, rng: np.random.Generator, *, uv: float, confounds: bool) -> np.ndarray:
@@ -108,7 +109,7 @@ def maps(one: Subject, signal: np.ndarray) -> dict[str, np.ndarray]:
     onsets = one.onsets[one.trials]
     data = np.stack([signal[:, o + FIRST : o + FIRST + LENGTH] for o in onsets])
     rest = np.delete(one.onsets, one.trials)
-    around = OtherOnsets(rest, np.tile([0, LENGTH], (len(rest), 1)))
+    around = OtherOnsets(rest, np.tile([0, LENGTH], (len(rest), 1)), one.rest)
     fitted = dict(zip(one.own.names, deconvolved(data, onsets, one.own.values, around), strict=True))
     found = {"regression": fitted[TAKEOVER], "regression, the human's takeover": fitted["actor[human]:takeover"]}
     for name, pair in one.pairs.items():

@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING
 from hrcneuro.errors import ConfigError, did_you_mean
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
     from hrcneuro.eeg.formula import Predictors
+
+    Floats = NDArray[np.float64]
 
 DERIVED = {
     "takeover": "the other partner makes the next move, 1 or 0; 0 where this move is an error, since the paper's pairs "
@@ -88,28 +92,38 @@ def with_derived(table: pd.DataFrame) -> pd.DataFrame:
     from hrcneuro.eeg.selection import FLAGS
 
     flags = {name: pd.to_numeric(table[name].astype(object), errors="coerce").astype(float) for name in FLAGS}
-    follows = table["soa_s"].notna() & table["actor"].notna()
+    follows = table["soa_s"].notna() & table["actor"].notna() & (flags["practice"] == 0)
     handed = table["condition_before"].isin(["HR", "RH"]).astype(float)
     soa = pd.to_numeric(table["soa_s"], errors="coerce").astype(float)
     return table.assign(**flags, takeover=handed.where(follows, np.nan), soa=soa)
 
 
-def predictors_of(formula: str, table: pd.DataFrame, whose: str) -> Predictors:
-    """Return the predictors of trials that are fitted together.
+def predictors_of(
+    formula: str, table: pd.DataFrame, whose: str, others: pd.DataFrame | None = None
+) -> tuple[Predictors, Floats]:
+    """Return the predictors of trials that are fitted together, and those of other onsets beside them.
 
     Args:
         formula: Right side of a Wilkinson formula.
         table: Those trials, as :func:`with_derived` returns them.
         whose: Named in errors: ``s01, iC``.
+        others: Onsets without an epoch, likewise.
+
+    Returns:
+        Of the trials, and of the others an ndarray, shape (n_others, n_predictors), NaN where something is unknown.
 
     Raises:
         ConfigError: The formula does not fit the table, or its predictors cannot be told apart there.
     """
-    from hrcneuro.eeg.formula import AbsentColumnError, FormulaError, SingularError, predictors
+    import numpy as np
+    import pandas as pd
 
-    centred = table.assign(soa=10 * (table["soa"] - table["soa"].mean()))
+    from hrcneuro.eeg.formula import AbsentColumnError, FormulaError, Predictors, SingularError, predictors
+
+    every = table if others is None or others.empty else pd.concat([table, others], ignore_index=True)
+    centred = every.assign(soa=10 * (every["soa"] - table["soa"].mean()))
     try:
-        return predictors(formula, centred)
+        made = predictors(formula, centred, np.arange(len(every)) < len(table))
     except AbsentColumnError as error:
         raise ConfigError(
             f"{whose}: rerp.formula = {error}", cure=f"leave it out, or use columns with values: {_valued(table)}"
@@ -121,6 +135,7 @@ def predictors_of(formula: str, table: pd.DataFrame, whose: str) -> Predictors:
         ) from error
     except FormulaError as error:
         raise ConfigError(f"{whose}: rerp.formula = {error}", cure=_example()) from error
+    return Predictors(made.names, made.values[: len(table)]), made.values[len(table) :]
 
 
 def _valued(table: pd.DataFrame) -> str:

@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.analyses.group_tests import FlipOptions, group_contrast
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import DataError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ def coefficients(
         trials: All epochs of the subject, without baseline correction.
         members: Which of them are fitted, ndarray, shape (n_epochs,).
         predictors: Of these.
-        others: The recording's onsets without an epoch; None: neighbours' responses are left in.
+        others: All other onsets of the recording; None: neighbours' responses are left in.
 
     Returns:
         ndarray, shape (n_predictors, n_channels, n_times), µV a unit of the predictor.
@@ -61,19 +61,39 @@ def coefficients(
     """
     import numpy as np
 
-    from hrcneuro.eeg.regression import OtherOnsets, deconvolved, of_epochs
+    from hrcneuro.eeg.regression import deconvolved, of_epochs
 
     if others is None:
         return of_epochs(trials.data[members], predictors.values)
-    rest = trials.onsets[~members]
-    whole = np.tile([0, len(trials.times)], (len(rest), 1))
-    around = OtherOnsets(np.concatenate([others.onsets, rest]), np.concatenate([others.spans, whole]))
     try:
-        return deconvolved(trials.data[members], trials.onsets[members], predictors.values, around)
+        return deconvolved(trials.data[members], trials.onsets[members], predictors.values, others)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise DataError(
             f"the overlap of responses cannot be regressed out: {error}", cure="use rerp.overlap = 'keep'"
         ) from error
+
+
+def around(
+    trials: LabelledEpochs, members: NDArray[np.bool_], others: OtherOnsets, inside: NDArray[np.bool_], known: Floats
+) -> OtherOnsets:
+    """Return all onsets but those fitted: without an epoch, and with one that is fitted elsewhere.
+
+    Args:
+        trials: All epochs of the subject.
+        members: Which of them are fitted, ndarray, shape (n_epochs,).
+        others: The onsets without an epoch.
+        inside: Of which of these the predictors are known, ndarray, shape (n_others,).
+        known: Those, ndarray, shape (number inside, n_predictors).
+    """
+    import numpy as np
+
+    from hrcneuro.eeg.regression import OtherOnsets
+
+    rest = trials.onsets[~members]
+    values = np.full((len(others.onsets) + len(rest), known.shape[1]), np.nan)
+    values[: len(inside)][inside] = known
+    whole = np.tile([0, len(trials.times)], (len(rest), 1))
+    return OtherOnsets(np.concatenate([others.onsets, rest]), np.concatenate([others.spans, whole]), values)
 
 
 def parts(
@@ -143,13 +163,3 @@ def inflated(fitted: Mapping[str, Predictors]) -> list[str]:
         for name, factor in zip(one.names, one.inflation, strict=True)
         if factor > INFLATED
     ]
-
-
-def require_known(predictors: Predictors, whose: str) -> None:
-    """Refuse a model of nothing.
-
-    Raises:
-        ConfigError: Of no trial are all values known.
-    """
-    if not predictors.known.any():
-        raise ConfigError(f"{whose}: of no trial are all values of rerp.formula known", cure="name other columns")

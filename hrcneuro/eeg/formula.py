@@ -39,7 +39,7 @@ class Predictors:
 
     Attributes:
         names: Of the columns, as formulaic names them: ``Intercept``, ``actor[T.robot]``, ``actor[robot]:takeover``.
-        values: ndarray, shape (n_trials, n_predictors); NaN throughout where a trial lacks a value.
+        values: ndarray, shape (n_trials, n_predictors); NaN where a trial lacks what the predictor is made of.
     """
 
     names: tuple[str, ...]
@@ -72,12 +72,14 @@ def columns_of(formula: str) -> tuple[str, ...]:
     return tuple(sorted(map(str, _parsed(formula).required_variables)))
 
 
-def predictors(formula: str, table: pd.DataFrame) -> Predictors:
+def predictors(formula: str, table: pd.DataFrame, fitted: NDArray[np.bool_] | None = None) -> Predictors:
     """Return the predictors of each trial.
 
     Args:
         formula: Right side of a Wilkinson formula.
         table: One row a trial; truth as 0 and 1, what is missing as NaN or None.
+        fitted: Which rows are fitted, ndarray, shape (n_trials,), all where nothing is said: the others have a value in
+            no column of words that these do not have.
 
     Raises:
         FormulaError: It cannot be read or evaluated.
@@ -87,16 +89,16 @@ def predictors(formula: str, table: pd.DataFrame) -> Predictors:
     import formulaic
 
     named = columns_of(formula)
+    fitted = np.ones(len(table), bool) if fitted is None else fitted
     for name in named:
         if name not in table:
             raise AbsentColumnError(f"{formula!r} names the column {name!r}", column=name)
-        if table[name].isna().all():
+        if table.loc[fitted, name].isna().all():
             raise AbsentColumnError(f"{formula!r} names the column {name!r}, which has no value here", column=name)
-    known = table[list(named)].notna().all(axis=1).to_numpy(bool)
-    rows = table.loc[known, list(named)].reset_index(drop=True)
+    rows, missing = _filled(table[list(named)].reset_index(drop=True), fitted)
     try:
         matrix = formulaic.model_matrix(_parsed(formula), rows if len(named) else rows.assign(_=0.0), context={})
-        values = np.asarray(matrix, float)
+        values = np.array(matrix, float)
     except Exception as error:  # whatever the expressions in it lead Python to
         raise FormulaError(f"{formula!r} cannot be evaluated: {_plain(error)}") from error
     names = tuple(map(str, matrix.columns))
@@ -105,11 +107,27 @@ def predictors(formula: str, table: pd.DataFrame) -> Predictors:
     if not np.isfinite(values).all():
         broken = names[int(np.argmin(np.isfinite(values).all(axis=0)))]
         raise FormulaError(f"{formula!r}: {broken} is not finite in every trial")
-    if dependent := dependencies(names, values):
+    spec = matrix.model_spec
+    for term, columns in spec.term_slices.items():
+        for name in set(map(str, spec.term_variables[term])) & set(named):
+            values[missing[name], columns] = np.nan
+    known = np.isfinite(values).all(axis=1) & fitted
+    if dependent := dependencies(names, values[known]):
         raise SingularError(f"{formula!r}: {'; '.join(dependent)}")
-    every = np.full((len(table), len(names)), np.nan)
-    every[known] = values
-    return Predictors(names, every)
+    return Predictors(names, values)
+
+
+def _filled(rows: pd.DataFrame, fitted: NDArray[np.bool_]) -> tuple[pd.DataFrame, dict[str, NDArray[np.bool_]]]:
+    """Return the rows with some value where one is missing, and where that is, by column."""
+    missing = {}
+    for name in map(str, rows):
+        column = rows[name]
+        lacking = column.isna().to_numpy(bool)
+        if not pd.api.types.is_numeric_dtype(column):
+            lacking = lacking | ~column.isin(column[fitted & ~lacking]).to_numpy(bool)
+        missing[name] = lacking
+        rows = rows.assign(**{name: column.mask(lacking, column[fitted & ~lacking].iloc[0]).infer_objects()})
+    return rows, missing
 
 
 def dependencies(names: tuple[str, ...], values: Floats) -> list[str]:

@@ -29,10 +29,12 @@ class OtherOnsets:
         onsets: Sample of each in the recording, ndarray, shape (n_onsets,).
         spans: Which part of an epoch around it would lie in the same stretch of the recording, as (first sample, first
             sample after), ndarray, shape (n_onsets, 2): no response goes on behind a discontinuity.
+        predictors: What is known of them, as of trials, ndarray, shape (n_onsets, n_predictors); None: nothing.
     """
 
     onsets: NDArray[np.integer]
     spans: NDArray[np.integer]
+    predictors: Floats | None = None
 
 
 def of_epochs(data: Floats, predictors: Floats) -> Floats:
@@ -57,8 +59,8 @@ def deconvolved(
 ) -> Floats:
     """Return the least-squares coefficients at every channel and time, without what neighbours leave in them.
 
-    All onsets of which not everything is known share one response of their own: trials with a NaN, and those without an
-    epoch. The samples fitted are those within any epoch.
+    Every onset has the responses of what is known of it. Those of which something is unknown, a NaN, have one more that
+    all of them share. The samples fitted are those within any epoch.
 
     Args:
         data: Epochs without baseline correction, ndarray, shape (n_epochs, n_channels, n_times), µV.
@@ -106,26 +108,29 @@ class _Normal:
     def __init__(
         self, data: Floats, onsets: NDArray[np.integer], predictors: Floats, others: OtherOnsets | None
     ) -> None:
-        order = np.argsort(onsets)
-        self._data, self._onsets = data, onsets[order]
-        self._epoch = order
-        unknown = np.isnan(predictors).any(axis=-1)
+        self._order = np.argsort(onsets)
+        self._data, self._onsets = data, onsets[self._order]
         reaching = None if others is None else _reaching(others, self._onsets, data.shape[-1])
-        values = np.where(unknown[:, None], 0.0, predictors)
-        if unknown.any() or reaching is not None:
+        rows = (
+            predictors if reaching is None else np.concatenate([predictors, _of_others(reaching, predictors.shape[1])])
+        )
+        unknown = np.isnan(rows).any(axis=-1)
+        values = np.nan_to_num(rows)
+        if unknown.any():
             values = np.column_stack([values, unknown])
         n_times, n_columns = data.shape[-1], values.shape[1]
-        products = (values.T @ data.reshape(len(data), -1)).reshape(n_columns, *data.shape[1:])
-        self._blocks = np.empty((n_columns, n_times, n_columns, n_times))
+        self._values = values[self._order]
+        self._others = values[len(data) :]
+        products = (values[: len(data)].T @ data.reshape(len(data), -1)).reshape(n_columns, *data.shape[1:])
         self._right = np.ascontiguousarray(products.transpose(0, 2, 1))
-        self._values = values[order]
-        self._trials()
+        self._blocks = np.empty((n_columns, n_times, n_columns, n_times))
+        self._add_trials()
         if reaching is not None:
-            self._others(reaching)
+            self._add_others(reaching)
         self.matrix = self._blocks.reshape(n_columns * n_times, -1)
         self.right = self._right.reshape(n_columns * n_times, -1)
 
-    def _trials(self) -> None:
+    def _add_trials(self) -> None:
         """Write the products of trials with trials."""
         n_columns, n_times = self._values.shape[1], self._data.shape[-1]
         by_lag = np.zeros((2 * n_times - 1, n_columns, n_columns))
@@ -138,36 +143,48 @@ class _Normal:
             for q in range(p, n_columns):
                 self._blocks[p, :, q] = sliding_window_view(by_lag[:, p, q], n_times)[:, ::-1]
 
-    def _others(self, others: OtherOnsets) -> None:
-        """Add the response that onsets without an epoch share, the last column, where a sample is fitted."""
+    def _add_others(self, others: OtherOnsets) -> None:
+        """Add the products of onsets without an epoch with trials and with each other, where a sample is fitted."""
         n_times = self._data.shape[-1]
-        own = self._blocks[-1, :, -1]
-        held = []
-        for onset, (start, stop) in zip(others.onsets, others.spans, strict=True):
+        held: list[tuple[int, NDArray[np.integer], Floats]] = []
+        for onset, (start, stop), values in zip(others.onsets, others.spans, self._others, strict=True):
             lags = np.arange(start, stop)
             epoch, sample = self._holder(onset + lags)
             inside = sample < n_times
             lags, epoch, sample = lags[inside], epoch[inside], sample[inside]
-            held.append((onset, lags))
-            np.add.at(self._right[-1], lags, self._data[self._epoch[epoch], :, sample])
+            signal = self._data[self._order[epoch], :, sample]
+            for column in np.flatnonzero(values):
+                self._right[column, lags] += values[column] * signal
             for trial in np.flatnonzero(np.abs(self._onsets - onset) < n_times):
                 there = onset + lags - self._onsets[trial]
                 both = (there >= 0) & (there < n_times)
-                self._blocks[:, there[both], -1, lags[both]] += self._values[trial][:, None]
-                own[lags[both], there[both]] += self._values[trial][-1]
-        for i, (onset, lags) in enumerate(held):
-            own[lags, lags] += 1
-            for other, theirs in held[i + 1 :]:
+                self._add(there[both], self._values[trial], lags[both], values)
+            self._add(lags, values, lags, values / 2)
+            for other, theirs, their_values in held:
                 if abs(other - onset) < n_times:
                     both = np.intersect1d(onset + lags, other + theirs, assume_unique=True)
-                    own[both - onset, both - other] += 1
-                    own[both - other, both - onset] += 1
+                    self._add(both - onset, values, both - other, their_values)
+            held.append((onset, lags, values))
+
+    def _add(self, first: NDArray[np.integer], x: Floats, second: NDArray[np.integer], y: Floats) -> None:
+        """Add the product of two onsets at samples of their responses that coincide, and its transpose."""
+        for p in np.flatnonzero(x):
+            for q in np.flatnonzero(y):
+                if p <= q:
+                    self._blocks[p, first, q, second] += x[p] * y[q]
+                if q <= p:
+                    self._blocks[q, second, p, first] += x[p] * y[q]
 
     def _holder(self, samples: NDArray[np.integer]) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
         """Return the last epoch that begins at or before each sample, and the sample's place in it."""
         epoch = np.maximum(np.searchsorted(self._onsets, samples, side="right") - 1, 0)
         place = samples - self._onsets[epoch]
         return epoch, np.where(place < 0, self._data.shape[-1], place)
+
+
+def _of_others(others: OtherOnsets, n_predictors: int) -> Floats:
+    nothing = np.full((len(others.onsets), n_predictors), np.nan)
+    return nothing if others.predictors is None else others.predictors
 
 
 def _neighbours(
@@ -193,4 +210,7 @@ def _reaching(others: OtherOnsets, onsets: NDArray[np.integer], n_times: int) ->
         apart = np.abs(others.onsets[inside] - onsets[neighbour[inside]])
         distance[inside] = np.minimum(distance[inside], apart)
     near = distance < n_times
-    return OtherOnsets(others.onsets[near], others.spans[near]) if near.any() else None
+    if not near.any():
+        return None
+    known = None if others.predictors is None else others.predictors[near]
+    return OtherOnsets(others.onsets[near], others.spans[near], known)

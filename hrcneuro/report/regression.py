@@ -1,4 +1,4 @@
-"""The tables of the regression's chapter: coefficients, what plain differences are made of, and the strata beside it."""
+"""The tables of the chapter on regression: coefficients, what plain differences are made of, the strata beside it."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """Fit one subject's trials, those of each scenario apart."""
     import numpy as np
 
-    from hrcneuro.eeg.selection import shortest_gap_s
+    from hrcneuro.eeg.selection import ALL, shortest_gap_s
     from hrcneuro.io.tables import write_table
     from hrcneuro.io.trials import read_trials
     from hrcneuro.tables import rerp as tables
@@ -82,14 +82,17 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     trials = read_trials(inputs)
     table = predictors.with_derived(trials.table)
-    others = onsets.without_epoch(inputs, trials) if config.overlap == "regress" else None
+    others, rows = onsets.without_epoch(inputs, trials) if config.overlap == "regress" else (None, table[:0])
+    rows = predictors.with_derived(rows)
     maps: dict[tuple[str, str], Floats] = {}
     fitted: dict[str, Predictors] = {}
     parts: list[Part] = []
     for scenario, members in regressions.fitted_together(table, config.split):
         whose = f"{inputs.unit}, {scenario}"
-        own = predictors.predictors_of(config.formula, table[members], whose)
-        coefficients = _baselined(regressions.coefficients(trials, members, own, others), trials.times, config)
+        inside = np.ones(len(rows), bool) if scenario == ALL else rows[config.split].eq(scenario).to_numpy(bool)
+        own, known = predictors.predictors_of(config.formula, table[members], whose, rows[inside])
+        beside = None if others is None else regressions.around(trials, members, others, inside, known)
+        coefficients = _baselined(regressions.coefficients(trials, members, own, beside), trials.times, config)
         fitted[scenario] = own
         named = dict(zip(own.names, coefficients, strict=True))
         maps |= {(scenario, name): one for name, one in named.items()}

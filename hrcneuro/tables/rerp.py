@@ -55,7 +55,9 @@ PREDICTORS = Table(
     {
         **_COEFFICIENT,
         "trials": Column("int", "", "trials in the model"),
-        "unknown": Column("int", "", "trials of which a value is unknown: they share one response of their own"),
+        "unknown": Column(
+            "int", "", "trials of which something is unknown: they have one response more, which they share"
+        ),
         "nonzero": Column("int", "", "trials whose value is not 0"),
         "mean": Column("float", "", "of the values"),
         "sd": Column("float", "", "of the values (n - 1)"),
