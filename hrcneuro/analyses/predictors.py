@@ -91,6 +91,8 @@ def with_derived(table: pd.DataFrame) -> pd.DataFrame:
 
     from hrcneuro.eeg.selection import FLAGS
 
+    lacking = {*FLAGS, "soa_s", "actor", "condition_before"} - set(table.columns)
+    table = table.assign(**dict.fromkeys(sorted(lacking)))
     flags = {name: pd.to_numeric(table[name].astype(object), errors="coerce").astype(float) for name in FLAGS}
     follows = table["soa_s"].notna() & table["actor"].notna() & (flags["practice"] == 0)
     handed = table["condition_before"].isin(["HR", "RH"]).astype(float)
