@@ -82,6 +82,15 @@ TABLES = {
         "sweep/sweep.parquet": "hrcneuro.tables.simulate:SWEEP",
         "sweep/needed.parquet": "hrcneuro.tables.simulate:NEEDED",
     },
+    "rerp": {
+        "sNN/rerp.parquet": "hrcneuro.tables.rerp:RERP",
+        "sNN/predictors.parquet": "hrcneuro.tables.rerp:PREDICTORS",
+        "sNN/parts.parquet": "hrcneuro.tables.rerp:PARTS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/rerp_stats.parquet": "hrcneuro.tables.rerp:RERP_STATS",
+        "group/rerp_parts.parquet": "hrcneuro.tables.rerp:RERP_PARTS",
+        "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+    },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
         "sNN/telemetry.parquet": "hrcneuro.tables.robot:TELEMETRY",
