@@ -1,8 +1,8 @@
 """Responses of overlapping onsets by regression, against ``mne.stats.linear_regression_raw`` and LSMR.
 
-One subject of the study's size, one scenario: 1000 onsets, eight predictors and the class of the other onsets, 27 channels.
-The peer makes the time-expanded design sparse and multiplies it with itself; LSMR solves the same sparse design a channel at
-a time, here on three channels, which are counted for all.
+One subject of the study's size, one scenario: 1000 onsets, nine predictors, 27 channels. The peer makes the
+time-expanded design sparse and multiplies it with itself; LSMR solves the same sparse design a channel at a time, here
+on three channels, which are counted for all.
 """
 
 from __future__ import annotations

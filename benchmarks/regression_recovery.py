@@ -14,22 +14,26 @@ from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import rc_context
+from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 from hrcneuro.analyses import predictors
 from hrcneuro.eeg import filters, interpolation
 from hrcneuro.eeg.cleaning import Cleaned, CleaningParams, Signals, clean
 from hrcneuro.eeg.epochs import Window, candidates, cut, judge
-from hrcneuro.eeg.evoked import averages, subtract_baseline
+from hrcneuro.eeg.evoked import averages, standard_error, subtract_baseline
 from hrcneuro.eeg.interpolation import sphere_centre
 from hrcneuro.eeg.regression import OtherOnsets, deconvolved
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.eeg.synthetic.head import EEG, head
 from hrcneuro.eeg.synthetic.responses import WAVES
+from hrcneuro.figures import style
 from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import simulated
 from hrcneuro.stages.rerp import Config
@@ -166,13 +170,48 @@ def compared(found: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
     return r, float((found * truth).sum() / (truth * truth).sum())
 
 
+def picture(path: Path) -> None:
+    """Draw what was planted and what was found, from ``regression_recovery.npz``."""
+    kept = np.load("regression_recovery.npz")
+    ms = 1000 * kept["times"]
+    with rc_context(style.STYLE):
+        figure = Figure(figsize=(7.2, 4.6))
+        axes = figure.subplots(2, 2, sharex=True, sharey=True)
+        for one, name, hue in zip(axes.flat, list(COEFFICIENTS)[:4], style.COLOURS, strict=False):
+            text, place = COEFFICIENTS[name]
+            rows = [EEG.index(channel) for channel in place]
+            truth, found, plain = (
+                kept[key][:, rows].mean(axis=1) for key in (f"truth {name}", f"found {name}", "found plain")
+            )
+            mean, error = found.mean(axis=0), standard_error(found)
+            one.axhline(0, color="0.6", lw=0.5)
+            one.axvline(0, color="0.6", lw=0.5)
+            one.plot(ms, plain.mean(axis=0), color="0.65", lw=1.1, label="plain contrast RH - RR")
+            one.fill_between(ms, mean - error, mean + error, color=hue, alpha=0.2, lw=0)
+            one.plot(ms, mean, color=hue, lw=1.3, label=name)
+            one.plot(ms, truth.mean(axis=0), color="k", lw=1.0, ls="--", label="planted")
+            one.set_title(f"{text}, {' '.join(place)}", loc="left")
+            one.legend(loc="upper right")
+            one.set_xlim(ms[0], ms[-1])
+        for one in axes[:, 0]:
+            one.set_ylabel("µV")
+        for one in axes[-1]:
+            one.set_xlabel("time from onset (ms)")
+        figure.subplots_adjust(left=0.08, right=0.985, top=0.94, bottom=0.1, hspace=0.22, wspace=0.08)
+        figure.savefig(path, dpi=style.DPI, metadata={"Software": None})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sfreq", type=float, default=256.0)
     parser.add_argument("--seed", type=int, default=[2023], nargs="+")
     parser.add_argument("--larger", type=float, default=1.0, help="all planted responses so many times as large")
     parser.add_argument("-j", type=int, default=1)
+    parser.add_argument("--picture", type=Path, help="only draw the picture of the last run into this file")
     chosen = parser.parse_args()
+    if chosen.picture:
+        picture(chosen.picture)
+        return
     units = [(f"s{k:02d}", seed) for seed in chosen.seed for k in range(1, 13) if k != 7]
     work = partial(subject, sfreq=chosen.sfreq, larger=chosen.larger)
     with ProcessPoolExecutor(chosen.j) as pool:

@@ -43,7 +43,7 @@ def fitted_together(table: pd.DataFrame, split: str) -> list[tuple[str, NDArray[
 
 
 def coefficients(
-    trials: LabelledEpochs, members: NDArray[np.bool_], predictors: Predictors, others: OtherOnsets | None
+    trials: LabelledEpochs, members: NDArray[np.bool_], predictors: Predictors, others: OtherOnsets | None, whose: str
 ) -> Floats:
     """Return the coefficients of trials that are fitted together, neighbours' responses left in them or not.
 
@@ -52,6 +52,7 @@ def coefficients(
         members: Which of them are fitted, ndarray, shape (n_epochs,).
         predictors: Of these.
         others: All other onsets of the recording; None: neighbours' responses are left in.
+        whose: Named in errors.
 
     Returns:
         ndarray, shape (n_predictors, n_channels, n_times), µV a unit of the predictor.
@@ -61,15 +62,21 @@ def coefficients(
     """
     import numpy as np
 
-    from hrcneuro.eeg.regression import deconvolved, of_epochs
+    from hrcneuro.eeg.regression import APART, RegularOnsetsError, deconvolved, of_epochs
 
     if others is None:
         return of_epochs(trials.data[members], predictors.values)
     try:
-        return deconvolved(trials.data[members], trials.onsets[members], predictors.values, others)
+        return deconvolved(trials.data[members], trials.onsets[members], predictors.values, others, apart=APART)
+    except RegularOnsetsError as error:
+        raise DataError(
+            f"{whose}: onsets follow each other so regularly that the response of {predictors.names[error.column]} at "
+            f"{1000 * trials.times[error.sample]:.0f} ms cannot be told from its neighbours'",
+            cure="use rerp.overlap = 'keep', or shorten the epochs (epoch.tmin, epoch.tmax)",
+        ) from error
     except (ValueError, np.linalg.LinAlgError) as error:
         raise DataError(
-            f"the overlap of responses cannot be regressed out: {error}", cure="use rerp.overlap = 'keep'"
+            f"{whose}: the overlap of responses cannot be regressed out: {error}", cure="use rerp.overlap = 'keep'"
         ) from error
 
 

@@ -15,10 +15,21 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from hrcneuro.eeg.refusals import Refusal
+
 Floats = NDArray[np.float64]
 
 # Keeps the system solvable where onsets are too regular to tell two lags apart; far below the noise.
 RIDGE = 1e-6
+APART = 0.02
+"""The least that neighbours may leave of a response: below, its variance is more than fifty times that without overlap."""
+
+
+class RegularOnsetsError(Refusal):
+    """Onsets follow each other so regularly that responses cannot be told apart.
+
+    The first that cannot is that of predictor number ``column`` at ``sample`` of the epoch.
+    """
 
 
 @dataclass(frozen=True)
@@ -55,7 +66,12 @@ def of_epochs(data: Floats, predictors: Floats) -> Floats:
 
 
 def deconvolved(
-    data: Floats, onsets: NDArray[np.integer], predictors: Floats, others: OtherOnsets | None = None
+    data: Floats,
+    onsets: NDArray[np.integer],
+    predictors: Floats,
+    others: OtherOnsets | None = None,
+    *,
+    apart: float = 0.0,
 ) -> Floats:
     """Return the least-squares coefficients at every channel and time, without what neighbours leave in them.
 
@@ -67,12 +83,15 @@ def deconvolved(
         onsets: The sample of each trial's onset in the recording, ndarray, shape (n_epochs,).
         predictors: A column each, ndarray, shape (n_epochs, n_predictors).
         others: The recording's other onsets.
+        apart: The least share that neighbours may leave of a response at any sample, such as :data:`APART`; below it
+            the response would be as good as arbitrary. 0: whatever they leave.
 
     Returns:
         ndarray, shape (n_predictors, n_channels, n_times), µV a unit of the predictor.
 
     Raises:
         ValueError: Two trials share an onset.
+        RegularOnsetsError: Neighbours leave less of a response than ``apart``.
         LinAlgError: The responses cannot be told apart.
     """
     from scipy import linalg
@@ -86,10 +105,26 @@ def deconvolved(
     system.matrix[diagonal] = np.where(held > 0, held * (1 + RIDGE), 1.0)
     # The transpose is in the order of LAPACK, which needs no copy of it; only its lower triangle is filled, and read.
     factor = linalg.cho_factor(system.matrix.T, lower=True, overwrite_a=True, check_finite=False)
-    solved = linalg.cho_solve(factor, system.right, overwrite_b=True, check_finite=False)
     n_channels, n_times = data.shape[1:]
+    _require_apart(factor[0].diagonal()[: predictors.shape[1] * n_times], held, n_times, apart)
+    solved = linalg.cho_solve(factor, system.right, overwrite_b=True, check_finite=False)
     every: Floats = solved.reshape(-1, n_times, n_channels).transpose(0, 2, 1)
     return every[: predictors.shape[1]]
+
+
+def _require_apart(diagonal: Floats, held: Floats, n_times: int, least: float) -> None:
+    """Refuse onsets whose neighbours leave too little of a response; ``diagonal`` is that of the Cholesky factor."""
+    # Its square is what the columns before leave of one. Predictors that go together have less at every sample alike,
+    # regular onsets from the sample on at which the next response begins.
+    left = (np.square(diagonal) / np.where(held > 0, held, 1.0)[: len(diagonal)]).reshape(-1, n_times)
+    left /= left.max(axis=1, keepdims=True)
+    if left.min() < least:
+        column, sample = np.unravel_index(int(left.argmin()), left.shape)
+        raise RegularOnsetsError(
+            f"neighbours leave {left.min():.1g} of predictor {column}'s response at sample {sample}",
+            column=int(column),
+            sample=int(sample),
+        )
 
 
 class _Normal:

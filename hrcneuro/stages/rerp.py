@@ -92,7 +92,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         inside = np.ones(len(rows), bool) if scenario == ALL else rows[config.split].eq(scenario).to_numpy(bool)
         own, known = predictors.predictors_of(config.formula, table[members], whose, rows[inside])
         beside = None if others is None else regressions.around(trials, members, others, inside, known)
-        coefficients = _baselined(regressions.coefficients(trials, members, own, beside), trials.times, config)
+        coefficients = _baselined(regressions.coefficients(trials, members, own, beside, whose), trials.times, config)
         fitted[scenario] = own
         named = dict(zip(own.names, coefficients, strict=True))
         maps |= {(scenario, name): one for name, one in named.items()}

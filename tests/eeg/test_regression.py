@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from hrcneuro.eeg.evoked import averages
-from hrcneuro.eeg.regression import OtherOnsets, deconvolved, of_epochs
+from hrcneuro.eeg.regression import APART, OtherOnsets, RegularOnsetsError, deconvolved, of_epochs
 
 SFREQ, FIRST, LENGTH = 50, -10, 40
 T = np.arange(LENGTH) + FIRST
@@ -120,6 +120,17 @@ def test_trials_out_of_order_change_nothing():
 def test_onsets_at_one_sample_are_refused():
     with pytest.raises(ValueError, match="same sample"):
         deconvolved(np.zeros((2, 1, 10)), np.array([5, 5]), np.ones((2, 1)))
+
+
+def test_regular_onsets_are_refused_and_irregular_ones_are_not():
+    _, data, onsets, predictors = study(noise=1.0)
+    assert np.isfinite(deconvolved(data, onsets, predictors, apart=APART)).all()
+    regular = 60 + 20 * np.arange(len(onsets))
+    with pytest.raises(RegularOnsetsError) as caught:
+        deconvolved(data, regular, predictors[:, :1], apart=APART)
+    # From here on the next onset adds what this one added 20 samples before.
+    assert caught.value.column == 0
+    assert caught.value.sample >= 20
 
 
 def test_a_table_of_a_formula_gives_the_same_as_the_averages_difference_where_nothing_overlaps():
