@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 # Keeps the system solvable where onsets are too regular to tell two lags apart; far below the noise.
 RIDGE = 1e-6
 APART = 0.02
-"""The least that neighbours may leave of a response: below, its variance is more than fifty times that without overlap."""
+"""The least that neighbours may leave of a response: below, its variance is over fifty times that without overlap."""
 
 
 class RegularOnsetsError(Refusal):
