@@ -28,8 +28,11 @@ APART = 0.02
 class RegularOnsetsError(Refusal):
     """Onsets follow each other so regularly that responses cannot be told apart.
 
-    The first that cannot is that of predictor number ``column`` at ``sample`` of the epoch.
+    What can least of all is that of predictor number ``column`` at ``sample`` of the epoch.
     """
+
+    column: int
+    sample: int
 
 
 @dataclass(frozen=True)
