@@ -17,7 +17,7 @@ def check(settings: Settings) -> list[str]:
     Raises:
         ConfigError: A mapped marker or a condition occurs in no subject's recording, or the options do not fit one.
     """
-    if settings.sections["acquire"].source != "file":
+    if settings.sections["acquire"].moves:
         return []
     from hrcneuro.analyses import conditions
     from hrcneuro.stages import acquire

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import published, stages
-from hrcneuro.config import bysubject, shipped
+from hrcneuro.config import bysubject, dataset, shipped
 from hrcneuro.config.reader import Added, Reader
 from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
@@ -134,8 +134,11 @@ def load(
     for reader, values in layers:
         own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
-    settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
     found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
+    if parts["acquire"].source == "bids":
+        found += dataset.complete(parts, origins)
+    settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
+    found += [m for reader, _ in layers for m in reader.mistakes if m not in found]
     if not found:
         found, warnings = _consistency(settings)
         settings = dataclasses.replace(settings, warnings=tuple(warnings))
