@@ -110,7 +110,7 @@ def load(
 
     Raises:
         ConfigError: Anything unknown, of a wrong type, out of range or contradictory; all of it at once.
-        DataError: The disk fails on the file.
+        DataError: The disk fails on the file, or there is no data set at the place that is to name the subjects.
     """
     folder = folder or Path.cwd()
     # Also a folder of that name, or a link that leads nowhere: else the paper's values would take its place unseen.
@@ -134,11 +134,10 @@ def load(
     for reader, values in layers:
         own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
-    found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if parts["acquire"].source == "bids":
-        found += dataset.complete(parts, origins)
+        dataset.complete(parts, origins)
     settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
-    found += [m for reader, _ in layers for m in reader.mistakes if m not in found]
+    found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if not found:
         found, warnings = _consistency(settings)
         settings = dataclasses.replace(settings, warnings=tuple(warnings))

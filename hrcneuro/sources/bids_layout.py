@@ -237,9 +237,9 @@ def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:
             one, two = ({row.get("name", ""): row.get(about, "n/a") for row in each} for each in (of_first, rows))
             unlike = sorted(name for name in one | two if one.get(name) != two.get(name))
             if unlike:
-                what = f"{unlike[0]} {one.get(unlike[0], 'absent')} and {two.get(unlike[0], 'absent')}"
+                what = f"{unlike[0]}: {one.get(unlike[0], 'absent')} and {two.get(unlike[0], 'absent')}"
                 raise DataError(
-                    f"{first.name} and {table.name} do not go together: {len(unlike)} channels differ in {about}: {what}"
-                    + (" …" if len(unlike) > 1 else ""),
+                    f"{first.name} and {table.name} do not go together: {len(unlike)} channels differ in {about}, the "
+                    f"first is {what}",
                     cure="name those that do in acquire.sessions or acquire.runs, or correct the tables",
                 )

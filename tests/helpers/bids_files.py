@@ -15,7 +15,7 @@ SECONDS = 60.0
 
 
 def oddball(seed: int, seconds: float = SECONDS) -> tuple[np.ndarray, list[tuple[str, float]]]:
-    """Return an oddball in µV, shape (n_channels, n_times), and its events: a target has a wave over the parietal scalp.
+    """Return an oddball in µV, shape (n_channels, n_times), and its events: a target is followed by a wave.
 
     The wave lasts from 250 to 450 ms and is 15 µV high.
     """

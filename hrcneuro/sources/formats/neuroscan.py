@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from hrcneuro.errors import DataError
+from hrcneuro.sources import labels
+from hrcneuro.sources.channels import standard_sites
 from hrcneuro.sources.formats.pieces import Pieces
 from hrcneuro.sources.formats.reading import marks_of, read_raw, sort_marks
 from hrcneuro.sources.recording import Recording
@@ -51,6 +53,10 @@ def read(path: Path) -> Recording:
 def _finish(raw: mne.io.BaseRaw, recording: Recording, layout: _Layout) -> None:
     """Give the recording its events, and breaks where the table says that the recording was interrupted."""
     recording.units = ["uV"] * len(recording.ch_names)
+    known = labels.match(recording.ch_names, dict.fromkeys(standard_sites()))
+    if 2 * len(known) >= len(recording.ch_names):
+        # The header has places on a flat drawing, from which MNE guesses a sphere; names tell more.
+        recording.montage = None
     marks = marks_of(raw)
     samples, sfreq = recording.data.shape[1], recording.sfreq
     for at, why in layout.breaks:

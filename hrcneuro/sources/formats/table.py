@@ -7,6 +7,7 @@ say what the columns are; nothing is guessed.
 from __future__ import annotations
 
 import csv
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -45,9 +46,9 @@ def read(
         ConfigError: An option is missing, or names a column that is not there; the message has the names.
         DataError: The table is cut, holds no sample, or did not come at the stated rate.
     """
-    table = _read(path, sorted({*columns, time_column, marker_column} - {""}))
-    _check_options(path, columns, unit, table_rate, time_column)
     notes: list[str] = []
+    table = _read(path, sorted({*columns, time_column, marker_column} - {""}), notes)
+    _check_options(path, columns, unit, table_rate, time_column)
     sfreq, parts = _timed(path, table, table_rate, time_column, rate_tolerance, notes)
     data = np.stack([_numbers(table[name], path) for name in columns])
     names, kinds, units = list(columns), ["eeg"] * len(columns), ["V"] * len(columns)
@@ -66,8 +67,8 @@ def read(
     return recording
 
 
-def _read(path: Path, wanted: Sequence[str]) -> pd.DataFrame:
-    """Return the columns that are wanted, as text; the columns of the file where one of them is not there."""
+def _read(path: Path, wanted: Sequence[str], notes: list[str]) -> pd.DataFrame:
+    """Return the table as text, with the columns that are wanted among its own."""
     skipped, names, separator = _names(path)
     if missing := [name for name in wanted if name not in names]:
         hints = ", ".join(f"{name!r}{did_you_mean(name, names)}" for name in missing)
@@ -78,13 +79,27 @@ def _read(path: Path, wanted: Sequence[str]) -> pd.DataFrame:
     if not wanted:
         _no_columns(path, names)
     try:
-        table = pd.read_csv(
-            path, sep=separator, skiprows=skipped, names=names, usecols=list(wanted), dtype=str, skipinitialspace=True,
-            keep_default_na=False, encoding="utf-8-sig", encoding_errors="replace", header=None, on_bad_lines="error",
-        )  # fmt: skip
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+        with warnings.catch_warnings():
+            # Of rows longer than the first one, which pandas would cut.
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            table = pd.read_csv(
+                path, sep=separator, skiprows=skipped, names=names, dtype=str, skipinitialspace=True, header=None,
+                keep_default_na=False, encoding="utf-8-sig", encoding_errors="replace", index_col=False,
+            )  # fmt: skip
+    except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError, ValueError) as error:
         raise DataError(f"{path.name} cannot be read as a table: {error}", cure="export the table again") from error
+    if _last_cells(path, separator) < len(names):
+        notes.append(f"{path.name} ends within a row, which is left out")
+        return table.iloc[:-1]
     return table
+
+
+def _last_cells(path: Path, separator: str) -> int:
+    """Return how many cells the last row has: a recorder that is ended leaves a part of one."""
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - 100_000, 0))
+        last = file.read().decode("utf-8", errors="replace").rstrip().rpartition("\n")[2]
+    return len(next(csv.reader([last], delimiter=separator), []))
 
 
 def _names(path: Path) -> tuple[int, list[str], str]:
