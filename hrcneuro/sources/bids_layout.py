@@ -149,11 +149,12 @@ def read_rows(table: Path) -> list[Row]:
         DataError: A row has more cells than there are columns, or the table has none.
     """
     with table.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        reader = csv.DictReader(file, delimiter="\t", restkey="", restval="n/a")
-        rows = [{name: (cell or "").strip() for name, cell in row.items() if isinstance(cell, str)} for row in reader]
-    if not reader.fieldnames or any("" in row for row in rows):
+        header, *lines = list(csv.reader(file, delimiter="\t")) or [[]]
+    lines = [line for line in lines if line]
+    if not header or any(len(line) > len(header) for line in lines):
         raise DataError(f"{table.name} is no table with tabs between its columns", cure="write it as BIDS has it")
-    return rows
+    rest = ["n/a"] * len(header)
+    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -185,7 +186,7 @@ def _chosen(root: Path, subject: str, wanted: dict[str, Sequence[str]]) -> list[
         )
     for key, labels in wanted.items():
         option = {"task": "tasks", "ses": "sessions", "run": "runs"}[key]
-        here = list(dict.fromkeys(_entity(path, key) for path in found))
+        here = sorted({_entity(path, key) for path in found}, key=_by_number)
         if lacking := [one for one in labels if one not in here]:
             raise ConfigError(
                 f"acquire.{option} names {lacking[0]!r}{did_you_mean(lacking[0], [one for one in here if one])}; "
