@@ -141,7 +141,8 @@ def draw(found: list[tuple[Study, dict[str, Any], dict[str, Any], list[float]]],
         right.axvline(50, color="0.4", lw=0.6, ls=":")
         right.set(xlim=(35, 90), xlabel="balanced accuracy (%)", ylabel="copies")
         right.set_title("single trials, rlda", fontsize=10)
-        right.legend(frameon=False, fontsize=7, loc="upper right")
+        right.set_ylim(0, 1.35 * right.get_ylim()[1])  # room for the legend
+        right.legend(frameon=False, fontsize=7, loc="upper left")
     figure.savefig(out, dpi=110)
 
 
@@ -161,6 +162,8 @@ def main(root: str, out: str = "real_p300.png", shuffles: str = "20") -> None:
                 p.append(one["p"])
         n = wave["n"]
         low, high = (round(1e3 * at) for at in study.window_s)
+        n = wave["n"]
+        print(f"{study.title}: {n['target']} targets and {n['standard']} standards of one person")
         print(f"  {'+'.join(study.sites)}, {low}-{high} ms, target - standard:")
         for name, (difference, p_value) in wave["takes"].items():
             print(f"    {name}: {difference:+.2f} µV, p = {p_value:.4f} ({PERMUTATIONS} permutations, one-sided)")
