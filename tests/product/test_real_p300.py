@@ -1,4 +1,4 @@
-"""A known effect in other people's recordings: found where and when it must be, and by chance only where there is none."""
+"""A known effect in other people's recordings: found where and when it must be, and not by chance."""
 
 import importlib.util
 from dataclasses import replace
