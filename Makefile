@@ -23,12 +23,8 @@ test: lint                    ## lint, types, import arrows, tests, and the smok
 	$(MAKE) --no-print-directory smoke
 	$(BIN)/python tests/only_hits.py work/smoke
 
-chaos: $(VENV)/ready          ## kill -9 at many instants of a run and of an experiment; studies that share a cache, in any order
-	$(BIN)/python tests/product/kill_many.py $(or $(KILLS),50)
-	$(BIN)/python tests/product/share_many.py $(or $(SCHEDULES),20)
-	$(BIN)/python tests/product/experiment_kills.py $(or $(KILLS),20)
-	$(BIN)/python tests/product/experiment_subjects.py
-	$(BIN)/python tests/product/loop_kills.py $(or $(LOOP_KILLS),10)
+chaos: $(VENV)/ready          ## faults of many kinds, and a table: tried, survived, lost; KILLS, TRIALS and SEED change it
+	$(BIN)/python tests/chaos
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
@@ -47,10 +43,11 @@ cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg an
 	$(BIN)/python tests/product/eeg_cases.py $(or $(FOLDER),../shared/cases)/eeg; eeg=$$?; \
 	$(BIN)/python tests/product/robot_cases.py $(or $(FOLDER),../shared/cases)/robot && exit $$eeg
 
-live: $(VENV)/ready           ## in real time: the window, a block of the experiment, half an hour of recording, thirty kills; 75 minutes
+live: $(VENV)/ready           ## in real time: the window, a block of the experiment, a closed loop, half an hour of recording, thirty kills; 105 minutes
 	$(BIN)/python tests/product/live_window.py; window=$$?; \
 	$(BIN)/python tests/product/live_experiment.py; experiment=$$?; \
-	$(BIN)/python tests/product/live_runs.py && exit $$((window | experiment))
+	$(BIN)/python tests/product/live_loop.py; loop=$$?; \
+	$(BIN)/python tests/product/live_runs.py && exit $$((window | experiment | loop))
 
 installs:                     ## the product as people install it, from a wheel: pip, pipx, uv, and the oldest libraries allowed
 	$(PYTHON) tests/product/installs.py

@@ -23,9 +23,9 @@ from typing import Any
 
 from hrcneuro import drawings, stages
 from hrcneuro.config.reader import allowed_range
+from hrcneuro.config.sections import SECTIONS
 from hrcneuro.config.text import toml_value
 from hrcneuro.contract import Caption, plain
-from hrcneuro.experiment.sections import SECTIONS
 
 # stage -> unit/file -> where its schema is declared. A test holds this against what a study really writes.
 TABLES = {

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,6 +46,7 @@ def option(
     keyed: bool = True,
     recordings: bool = False,
     drawing: bool = False,
+    private: bool = False,
     shared: str = "",
 ) -> Any:
     """Return a dataclass field with its limits.
@@ -63,11 +65,12 @@ def option(
         keyed: Whether it decides results. What only says where or how, as an address does, stays out of the cache key.
         recordings: Where that is written which nobody can make again: it may not lie in the cache.
         drawing: Only drawings read it: it is part of their keys and of no stage's.
+        private: What tells of a lab, as an address does: in keys, records and reports stands a hash of it.
         shared: Name of a top-level table of the configuration from which this field is filled.
     """
     meta = dict(
         help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, share=share, keys=keys, path=path,
-        keyed=keyed, recordings=recordings, drawing=drawing, shared=shared,
+        keyed=keyed, recordings=recordings, drawing=drawing, private=private, shared=shared,
     )  # fmt: skip
     if isinstance(default, dict):
         return field(default_factory=lambda: dict(default), metadata=meta)
@@ -76,7 +79,14 @@ def option(
 
 def params(config: Any) -> dict[str, Any]:
     """Return the fields of a frozen Config that decide numbers, as JSON-able values."""
-    return {f.name: plain(getattr(config, f.name)) for f in dataclasses.fields(config) if _decides_numbers(f)}
+    return {f.name: _shown(config, f) for f in dataclasses.fields(config) if _decides_numbers(f)}
+
+
+def _shown(config: Any, f: dataclasses.Field[Any]) -> Any:
+    value = plain(getattr(config, f.name))
+    if not (value and f.metadata.get("private")):
+        return value
+    return f"hidden {hashlib.sha256(str(value).encode()).hexdigest()[:12]}"
 
 
 def _decides_numbers(f: dataclasses.Field[Any]) -> bool:

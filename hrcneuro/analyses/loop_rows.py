@@ -21,7 +21,7 @@ def loop_tables(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the steps and the episodes of a session's closed blocks, as ``tables.loop`` declares them.
 
-    A step that was begun again after a break counts as it was the last time.
+    A step that was begun again after a break counts as it was the last time; one that was never made does not count.
 
     Args:
         experiment: Lines of its ``experiment.jsonl``, in order; those that tell of nothing here may be among them.
@@ -34,7 +34,9 @@ def loop_tables(
     done = _Done(experiment)
     decided = _Decided(decisions)
     named = {"subject": subject, "session": session}
-    steps = [named | _step(done, decided, place, line) for place, line in sorted(done.choices.items())]
+    steps = [
+        named | _step(done, decided, place, line) for place, line in sorted(done.choices.items()) if place in done.moves
+    ]
     episodes = [named | one for one in _episodes(done, decided)]
     return (
         pd.DataFrame(steps, columns=list(LOOP_STEPS.columns)),

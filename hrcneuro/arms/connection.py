@@ -21,7 +21,7 @@ class Connection:
         choices=("rtde", "script"),
     )  # fmt: skip
     # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
-    host: str = option("", "address of the arm's controller, for backend ur")
+    host: str = option("", "address of the arm's controller, for backend ur", private=True)
     at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", keyed=False)
 
     @property

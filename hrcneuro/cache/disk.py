@@ -14,6 +14,8 @@ from pathlib import Path
 
 from hrcneuro.errors import REFUSED, ConfigError, StageError, odd_part
 
+LARGEST = 16 * 2**20
+"""So many bytes a record or another file of the cache's own may have; the largest of the paper's study has 17,000."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 # No fault of the disk: somebody must give another place, or rights to this one.
 _REFUSED = REFUSED | {errno.EINVAL, errno.ENOTEMPTY, errno.ENODEV}
@@ -41,13 +43,18 @@ def explain_os_error(error: OSError, place: Path) -> ConfigError | StageError:
             f"a file under {place} has become larger than is allowed here",
             cure="raise the limit of a file's size (ulimit -f), or choose another place: --workdir DIR",
         )
-    path = Path(os.fsdecode(error.filename)) if isinstance(error.filename, str | bytes) else place
+    # Of a file that is to take another's place, it is that place which is a folder.
+    named = error.filename2 if error.errno == errno.EISDIR and error.filename2 else error.filename
+    path = Path(os.fsdecode(named)) if isinstance(named, str | bytes) else place
     if error.errno not in _REFUSED:
         problem = f"the disk of {place} failed: {error}"
         return StageError(problem, cure="check the disk, then run the same command again")
     if odd := odd_part(path, folder=error.errno in (errno.EEXIST, errno.ENOTDIR)):
         cure = f"mend or remove that link or file, or {_ELSEWHERE}"
         return ConfigError(f"{path} cannot be written: {odd}", cure=cure)
+    if error.errno == errno.EISDIR:
+        cure = f"move that folder away, or {_ELSEWHERE}"
+        return ConfigError(f"{path} cannot be written: it is a folder, not a file", cure=cure)
     if error.errno in (errno.EACCES, errno.EPERM):
         return ConfigError(
             f"{path} cannot be written: {error.strerror}{_whose(path)}",
@@ -93,6 +100,26 @@ def remove(path: Path) -> None:
         with contextlib.suppress(FileNotFoundError):
             shutil.rmtree(path)
     path.unlink(missing_ok=True)
+
+
+def read_file(path: str | Path, *, most: int = LARGEST) -> bytes:
+    """Return the bytes of a file that is small where it is what it should be.
+
+    Somebody may have put a pipe there, which would be waited for, or a link to a device, which has no end.
+
+    Raises:
+        OSError: It cannot be read, is no regular file, or has more than ``most`` bytes.
+    """
+    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+        about = os.fstat(file.fileno())
+        if not stat.S_ISREG(about.st_mode):
+            folder = stat.S_ISDIR(about.st_mode)
+            words = f"it is no file but a {'folder' if folder else 'device or a pipe'}"
+            raise OSError(errno.EISDIR if folder else errno.EINVAL, words, os.fspath(path))
+        if about.st_size > most:
+            raise OSError(errno.EFBIG, f"it has more than {most} bytes", os.fspath(path))
+        # Not read with the limit for a length, which would take that much memory each time.
+        return file.read()
 
 
 def size(path: Path) -> int:

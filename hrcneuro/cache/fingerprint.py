@@ -15,7 +15,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from hrcneuro.cache.disk import read_file
+
 _SETTLED_NS = 2_000_000_000
+_LARGEST_MEMO = 2**30
 
 
 def digest(value: Any) -> str:
@@ -37,16 +40,18 @@ class Memo:
         self.path = path
         self.changed = False
         try:
-            known = json.loads(path.read_text(encoding="utf-8"))
+            known = json.loads(read_file(path, most=_LARGEST_MEMO))
         except (OSError, ValueError):
             known = {}
-        self.known: dict[str, Any] = known if isinstance(known, dict) else {}
+        # Names that are no digests are of an older version, and tell the machine's folders.
+        self.known: dict[str, Any] = {n: v for n, v in known.items() if ":" not in n} if isinstance(known, dict) else {}
 
     def get(self, kind: str, path: Path, compute: Any) -> Any:
         """Return ``compute(path)``, from memory where the file is unchanged."""
         stat = path.stat()
         stamp = [stat.st_size, stat.st_mtime_ns, stat.st_ino]
-        name = f"{kind}:{path.absolute()}"
+        # A memo may lie beside a report that is passed on: it names no folder of this machine.
+        name = hashlib.sha256(f"{kind}:{path.absolute()}".encode(errors="surrogateescape")).hexdigest()[:32]
         entry = self.known.get(name)
         if isinstance(entry, list) and len(entry) == 2 and entry[0] == stamp:
             return entry[1]

@@ -9,6 +9,8 @@ import socket
 from dataclasses import dataclass
 from pathlib import Path
 
+from hrcneuro.cache.disk import read_file
+
 ID = ".study"
 """The file in a study's results that holds its id, a random word."""
 
@@ -58,7 +60,7 @@ class PlacedStudy:
         """Return whether it is in its place, as far as this machine and account can see."""
         results = Path(self.folder) / "results"
         try:
-            (results / ID).open("rb").close()
+            read_file(results / ID)
         except PermissionError:
             return True  # another account's: what may not be seen may not pass for gone
         except OSError:
@@ -72,7 +74,7 @@ class PlacedStudy:
 def read_id(results: Path) -> str:
     """Return the id of the study with these results; empty where there is none or it cannot be read."""
     try:
-        text = (results / ID).read_text(encoding="ascii").strip()
+        text = read_file(results / ID).decode("ascii").strip()
     except (OSError, ValueError):
         return ""
     return text if text.isalnum() else ""

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-from collections.abc import Mapping
+import stat
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from hrcneuro.cache import fingerprint
+from hrcneuro.cache.disk import LARGEST, read_file
 
 RECORD = "record.json"
+SLIM = ".slim"
+"""The file in an entry that names those of its files that were dropped to save disk, as a list in JSON."""
+PULLED = ".pulled"
+"""The file in an entry that says that it came from a bucket."""
 _KEY = re.compile("[0-9a-f]{16}")
+_SHA256 = re.compile("[0-9a-f]{64}")
+# A stage's or a unit's name, and each part of a file's: nothing that leads elsewhere, or that hides.
+_NAME = re.compile(r"[\w-][^\x00-\x1f\x7f/\\]{0,199}")
+_MOST_FILES = 10_000
 
 Entry = tuple[str, str, str]
 """Stage, unit and key."""
@@ -29,6 +40,11 @@ class Record:
     outputs: Mapping[str, Mapping[str, Any]]  # file name -> sha256, size
     summary: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """The bytes of all its files."""
+        return sum(about["size"] for about in self.outputs.values())
 
 
 def entry_of(folder: Path) -> Entry:
@@ -52,26 +68,102 @@ def write_record(folder: Path, record: Record) -> None:
 def read_record(folder: Path) -> Record | None:
     """Return the record of an entry, or None where it is missing, unreadable or not as it was written."""
     try:
-        content = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-        seal = content.pop("seal")
-        return Record(**content) if seal == fingerprint.digest(content) else None
-    except (OSError, ValueError, TypeError, AttributeError, KeyError):
+        return parse_record(read_file(f"{folder}/{RECORD}"))
+    except (OSError, ValueError):
         return None
 
 
-def fault(folder: Path, record: Record, entry: Entry, *, verify: bool) -> str:
-    """Return what is wrong with the files of an entry, wherever they lie; an empty string where nothing is."""
+def parse_record(data: bytes) -> Record:
+    """Return the record that a file holds, whoever wrote it.
+
+    Raises:
+        ValueError: It is not as it was written, or names files that lie outside its entry or cannot be together.
+    """
+    if len(data) > LARGEST:
+        raise ValueError(f"it has more than {LARGEST} bytes")
+    try:
+        content = json.loads(data)
+        seal = content.pop("seal")
+        if seal != fingerprint.digest(content):
+            raise ValueError("its seal is broken: it was altered")
+        record = Record(**content)
+    except (TypeError, AttributeError, KeyError) as error:
+        raise ValueError("it is no record") from error
+    except RecursionError as error:
+        raise ValueError("it is nested too deeply") from error
+    _check_form(record)
+    return record
+
+
+def _check_form(record: Record) -> None:
+    named = (record.stage, record.unit, record.key)
+    if not all(isinstance(part, str) for part in named) or not is_entry(named):
+        raise ValueError("it names no stage, unit and key")
+    if not all(isinstance(part, dict) for part in (record.parts, record.outputs, record.summary, record.provenance)):
+        raise ValueError("it is no record")
+    if len(record.outputs) > _MOST_FILES:
+        raise ValueError(f"it names {len(record.outputs)} files; allowed: {_MOST_FILES}")
+    for name, about in record.outputs.items():
+        if not is_inside(name) or name == RECORD:
+            raise ValueError(f"{name!r} is no name of a file of an entry")
+        size = about.get("size") if isinstance(about, dict) else None
+        sha256 = about.get("sha256") if isinstance(about, dict) else None
+        if not isinstance(size, int) or isinstance(size, bool) or size < 0:
+            raise ValueError(f"the size of {name} is none")
+        if not isinstance(sha256, str) or not _SHA256.fullmatch(sha256):
+            raise ValueError(f"the hash of {name} is none")
+    _check_apart(record.outputs)
+
+
+def _check_apart(names: Iterable[str]) -> None:
+    folders = {str(folder) for name in names if "/" in name for folder in PurePosixPath(name).parents}
+    if both := sorted(folders.intersection(names)):
+        raise ValueError(f"{both[0]} is to be a file and a folder")
+
+
+def is_inside(name: str) -> bool:
+    """Return whether a relative name with slashes stays within the folder that it is joined to, in plain sight."""
+    if "/" not in name:
+        return _NAME.fullmatch(name) is not None
+    return len(name) < 1000 and all(_NAME.fullmatch(part) for part in name.split("/"))
+
+
+def is_entry(entry: tuple[str, ...]) -> bool:
+    """Return whether three texts name a stage, a unit and a key that can be folders of a cache."""
+    stage, unit, key = entry
+    return all(_NAME.fullmatch(part) for part in (stage, unit)) and is_key(key)
+
+
+def dropped(folder: Path) -> frozenset[str]:
+    """Return the names of an entry's files that were dropped to save disk and are not there."""
+    try:
+        names = json.loads(read_file(f"{folder}/{SLIM}"))
+    except (OSError, ValueError, RecursionError):
+        return frozenset()
+    told = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+    return frozenset(name for name in told if is_inside(name) and not os.path.lexists(folder / name))
+
+
+def fault(folder: Path, record: Record, entry: Entry, *, verify: bool, without: Collection[str] = ()) -> str:
+    """Return what is wrong with the files of an entry, wherever they lie; an empty string where nothing is.
+
+    ``without`` are names of files that need not be there.
+    """
     if (record.stage, record.unit, record.key) != entry:
         return f"record.json is of {record.stage}/{record.unit}/{record.key}"
     for name, expected in record.outputs.items():
-        path = folder / name
+        path = f"{folder}/{name}"
+        if name in without:
+            continue
         try:
-            size = path.stat().st_size
+            about = os.lstat(path)
         except OSError:
             return f"{name} is missing"
-        if size != expected["size"]:
-            return f"{name} has {size} bytes instead of {expected['size']}"
-        if verify and fingerprint.file_digest(path) != expected["sha256"]:
+        if not stat.S_ISREG(about.st_mode):
+            return f"{name} is no file but a {_kind(about.st_mode)}"
+        if about.st_size != expected["size"]:
+            return f"{name} has {about.st_size} bytes instead of {expected['size']}"
+        if verify and fingerprint.file_digest(Path(path)) != expected["sha256"]:
             return f"the content of {name} has changed"
     return ""
 
@@ -85,4 +177,8 @@ def flaw(folder: Path, entry: Entry, *, verify: bool = False) -> str:
     record = read_record(folder)
     if record is None:
         return "record.json is missing, unreadable or altered"
-    return fault(folder, record, entry, verify=verify)
+    return fault(folder, record, entry, verify=verify, without=dropped(folder))
+
+
+def _kind(mode: int) -> str:
+    return "link" if stat.S_ISLNK(mode) else "folder" if stat.S_ISDIR(mode) else "device or pipe"

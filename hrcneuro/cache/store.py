@@ -18,7 +18,17 @@ from pathlib import Path
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import flush, guarded, make_folder, remove, share
 from hrcneuro.cache.locks import BEAT_S, Lock, wait_for
-from hrcneuro.cache.record import RECORD, Entry, Record, entry_of, fault, flaw, is_key, read_record, write_record
+from hrcneuro.cache.record import (
+    Entry,
+    Record,
+    dropped,
+    entry_of,
+    fault,
+    flaw,
+    is_key,
+    read_record,
+    write_record,
+)
 from hrcneuro.errors import HrcError
 
 PATIENCE_S = 6 * BEAT_S
@@ -41,11 +51,17 @@ class Store:
         """Return where an entry lies or would lie."""
         return self.root / stage / unit / key
 
-    def lookup(self, stage: str, unit: str, key: str, *, verify: bool = False) -> Record | None:
-        """Return the record of a sound entry, or None; ``verify`` reads every byte."""
+    def lookup(self, stage: str, unit: str, key: str, *, verify: bool = False, slim: bool = False) -> Record | None:
+        """Return the record of a sound entry, or None.
+
+        ``verify`` reads every byte; ``slim`` takes also one of which files were dropped to save disk.
+        """
         folder = self.folder(stage, unit, key)
         record = read_record(folder)
-        return record if record is not None and not fault(folder, record, (stage, unit, key), verify=verify) else None
+        without = dropped(folder) if slim else ()
+        if record is None or fault(folder, record, (stage, unit, key), verify=verify, without=without):
+            return None
+        return record
 
     def diagnose(self, stage: str, unit: str, key: str, *, verify: bool = False) -> str:
         """Return what is wrong with an entry that is there; an empty string where it is sound or absent."""
@@ -141,17 +157,20 @@ class Store:
         with self.guarded():
             outputs = {}
             for path in sorted(p for p in work.rglob("*") if p.is_file()):
-                flush(path)
                 name = path.relative_to(work).as_posix()
                 outputs[name] = {"sha256": fingerprint.file_digest(path), "size": path.stat().st_size}
             full = Record(**{**asdict(record), "outputs": outputs})
             write_record(work, full)
+            self.place(full, work)
+        return full
+
+    def place(self, record: Record, work: Path) -> None:
+        """Let ``work``, which has an entry's files and record, take the entry's place: flush, rename."""
+        with self.guarded():
             for path in (work, *work.rglob("*")):
                 share(path, self.root)
-            flush(work / RECORD)
-            flush(work)
+                flush(path)
             self._put(work, (record.stage, record.unit, record.key))
-        return full
 
     def _put(self, work: Path, entry: Entry) -> None:
         """Let ``work`` take the entry's place; where locks fail, others may do the same at the same time."""

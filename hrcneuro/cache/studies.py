@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import flush, guarded, make_folder, share
+from hrcneuro.cache.disk import flush, guarded, make_folder, read_file, share
 from hrcneuro.cache.holder import Holder
 from hrcneuro.cache.listing import Listing, entry_in, read_listing
 from hrcneuro.cache.placed import PlacedStudy
@@ -46,7 +46,7 @@ class Studies:
             DataError: That is noted and cannot be understood.
         """
         try:
-            return {entry_in(json.loads(line)) for line in self._before.read_text(encoding="utf-8").splitlines()}
+            return {entry_in(json.loads(line)) for line in read_file(self._before, most=2**30).decode().splitlines()}
         except FileNotFoundError:
             return set()
         except (OSError, ValueError, TypeError) as error:

@@ -26,6 +26,7 @@ from hrcneuro.cli import (  # noqa: F401
     simulate,
     stages,
     timing,
+    transfer,
     ur10,
 )  # fmt: skip
 from hrcneuro.cli.declare import app

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
+from hrcneuro.cache.bucket import shown
 from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
@@ -20,12 +21,17 @@ from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError, HrcError
-from hrcneuro.pipeline import executors, forecast, graph, swept, walk
+from hrcneuro.pipeline import disk_forecast, executors, forecast, graph, second_cache, swept, walk
+from hrcneuro.pipeline.anonymous import command_line, hidden
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
-from hrcneuro.pipeline.provenance import command_line, provenance
+from hrcneuro.pipeline.measured import measured
+from hrcneuro.pipeline.provenance import provenance
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
+
+if TYPE_CHECKING:
+    from hrcneuro.pipeline.cluster import Site
 
 
 def console(options: Options) -> Console:
@@ -85,7 +91,8 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    return talk.finish(name, items, also=also, planned=options.dry_run)
+    disk = disk_forecast.expected(Workdir(options.workdir), items) if options.dry_run else None
+    return talk.finish(name, items, also=also, planned=options.dry_run, disk=disk)
 
 
 def planned(options: Options, settings: Settings) -> list[Item]:
@@ -97,7 +104,9 @@ def logged(name: str, options: Options, settings: Settings) -> contextlib.Abstra
     """Return the log of a run under way; a dry run leaves none."""
     if options.dry_run:
         return contextlib.nullcontext(RunLog(None))
-    return recorded(Workdir(options.workdir).results, name, settings, command_line())
+    workdir = Workdir(options.workdir)
+    private = hidden(settings, workdir.folder, workdir.cache.root)
+    return recorded(workdir.results, name, settings, command_line(), hidden=private)
 
 
 def bring(
@@ -114,7 +123,15 @@ def bring(
         for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
         stages.load(name).ready(settings.sections[name])
-    study = walk.Run(settings, Workdir(options.workdir), tasks, verify=options.verify)
+    study = walk.Run(
+        settings,
+        Workdir(options.workdir),
+        tasks,
+        verify=options.verify,
+        # A whole study goes on with what is there; who names a stage wants its files.
+        whole=() if joint else wanted,
+        second_cache=second_cache.named(options.second_cache),
+    )
     forced = _forced(wanted, tasks) if options.force else []
     if _one_at_a_time(settings, tasks):
         # Not in a worker: Ctrl-C must reach the loop that drives the arm.
@@ -139,31 +156,52 @@ def whole(options: Options, settings: Settings) -> walk.Run:
     workdir = Workdir(options.workdir)
     known = swept.remembered(settings, workdir)
     tasks = _graph(options, known, graph.targets(known, settings.stages, ()), joint=True)
-    return walk.Run(known, workdir, tasks, verify=options.verify)
+    return walk.Run(known, workdir, tasks, verify=options.verify, second_cache=second_cache.named(options.second_cache))
 
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
     workers = options.jobs or executors.cores()
-    executor = executors.create(options.executor, workers)
+    note = None if options.quiet else partial(talk.say, style="yellow")
+    executor = executors.create(options.executor, workers, lambda: _site(options, study, note))
 
     def tell(item: Item) -> None:
         talk.report(item)
         log.item(item)
 
     places = [(task.name, task.unit) for task in study.nodes]
-    known = forecast.recorded(study.workdir, places) if talk.shows_progress else {}
-    workers = workers if isinstance(executor, executors.Processes) else 1
+    last = measured(study.workdir, places) if talk.shows_progress else {}
+    known = {place: took.seconds for place, took in last.items() if took.seconds}
+    workers = 1 if isinstance(executor, executors.Serial) else workers
     progress = Progress(len(places), forecast.Forecast(places, known, workers=workers), workers=workers)
-    note = None if options.quiet else partial(talk.say, style="yellow")
     answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
     try:
         with talk.progress(progress), answered(answer), executor, interrupts.whole():
-            return study.run(executor, provenance=provenance, report=tell, tell=note, **how)
+            items = study.run(executor, provenance=provenance, report=tell, tell=note, **how)
     except BaseException:
         # The workers are gone by now, perhaps not all of them in peace.
         study.workdir.cache.sweep()
         raise
+    if pulled := sum(item.pulled for item in items):
+        talk.say(f"{pulled} results were taken from {shown(study.second_cache)}")
+    return items
+
+
+def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
+    """Return what an executor for other machines needs to know of a study."""
+    from hrcneuro.pipeline.cluster import Site
+    from hrcneuro.pipeline.resources import most, resources
+
+    cluster = study.settings.live["cluster"]
+    known = most(measured(study.workdir, [(task.name, task.unit) for task in study.nodes]))
+    here = options.executor == "dask" and not cluster.scheduler
+    return Site(
+        root=study.workdir.cache.root,
+        options=cluster,
+        resources=lambda task: resources(task, cluster, known),
+        workers=options.jobs or (executors.cores() if here else 0),
+        tell=note or (lambda text: None),
+    )
 
 
 def _graph(options: Options, settings: Settings, wanted: Iterable[graph.Task], *, joint: bool) -> graph.Graph:

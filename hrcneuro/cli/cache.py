@@ -15,10 +15,10 @@ from hrcneuro.cli.options import Options
 if TYPE_CHECKING:
     from hrcneuro.pipeline.cleaning import Survey
 
-_cache = group("cache", "Look into the cache, check it, clean it.")
+cache = group("cache", "Look into the cache, check it, clean it.")
 
 
-@command("List the entries.", "cache ls", "cache ls --json", name="ls", group=_cache)
+@command("List the entries.", "cache ls", "cache ls --json", name="ls", group=cache)
 def ls(options: Options) -> int:
     """List the entries with their sizes, and which of them results point at."""
     from hrcneuro.cache.disk import size
@@ -42,7 +42,7 @@ def ls(options: Options) -> int:
     return 0
 
 
-@command("Hash every file of every entry.", "cache verify", "cache verify --json", name="verify", group=_cache)
+@command("Hash every file of every entry.", "cache verify", "cache verify --json", name="verify", group=cache)
 def verify(options: Options) -> int:
     """Hash all entries; quarantine and name the bad ones. Exit code 3 where there was one."""
     from hrcneuro.cache.record import entry_of
@@ -75,7 +75,7 @@ def verify(options: Options) -> int:
     "cache gc",
     "cache gc --dry-run",
     name="gc",
-    group=_cache,
+    group=cache,
 )
 def gc(
     options: Options,

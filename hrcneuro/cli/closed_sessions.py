@@ -251,6 +251,7 @@ def told(places: Sequence[Place], steps: pd.DataFrame, again: Sequence[Mapping[s
         said.append(f"{counted(late, 'trigger')} came too late for their sample.")
     return said + [
         f"Replay of the recording: {one['equal']} scores equal to the last bit, {one['different']} different, "
-        f"{one['undecided']} without one live, {one['unknown']} not in the log."
+        f"{one['undecided']} without one live, {one['unrecorded']} before what the recording can tell, "
+        f"{one['unknown']} not in the log."
         for one in again
     ]

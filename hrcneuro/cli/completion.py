@@ -158,8 +158,8 @@ def _options(section: str, given: Mapping[str, Any]) -> list[_Option]:
     import dataclasses
 
     from hrcneuro import stages as stages_
+    from hrcneuro.config.sections import SECTIONS
     from hrcneuro.config.settings import StudyOptions
-    from hrcneuro.experiment.sections import SECTIONS
 
     def walk(config: Any, given: Any, prefix: str) -> list[_Option]:
         found: list[_Option] = []

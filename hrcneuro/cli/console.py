@@ -14,6 +14,7 @@ from typing import Any
 from hrcneuro.cli import plan
 from hrcneuro.cli.progress import Progress, shown
 from hrcneuro.errors import HrcError
+from hrcneuro.pipeline.disk_forecast import DiskForecast
 from hrcneuro.pipeline.item import Item, State, Word
 
 _MARKS = {Word.RAN: "+", Word.FAILED: "x", Word.FRESH: "="}
@@ -124,22 +125,31 @@ class Console:
             sys.stdout.flush()
 
     def finish(
-        self, command: str, items: Iterable[Item], *, also: HrcError | None = None, planned: bool = False
+        self,
+        command: str,
+        items: Iterable[Item],
+        *,
+        also: HrcError | None = None,
+        planned: bool = False,
+        disk: DiskForecast | None = None,
     ) -> int:
         """Print failures (``also`` is of no item) and the closing line, or the JSON document; return the exit code.
 
-        What is ``planned`` only closes on standard output: it is what was asked for.
+        What is ``planned`` only closes on standard output, as it is what was asked for; ``disk`` is what it needs.
         """
         items = list(items)
         if self.as_json:
-            printed = document(command, items)
+            wanted = {} if disk is None else {"bytes": disk.size, "free": disk.free, "unknown": disk.unknown}
+            printed = {**document(command, items), **({"disk": wanted} if wanted else {})}
             print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
+        if not planned and (again := plan.sent_again(items)):
+            self.say(f"note: {again}", style="yellow")
         code = self.failures(item for item in items if item.state is State.FAILED)
         if also is not None:
             self.error(also)
         closing = f"{command}: {plan.counted(items)}"
         if planned and not self.as_json:
-            self.results([closing])
+            self.results([closing, *([str(disk)] if disk is not None and disk.tasks else [])])
         else:
             self.say(closing)
         return code if also is None else also.exit_code if code in (0, also.exit_code) else 1
@@ -200,6 +210,7 @@ def document(command: str, items: Iterable[Item]) -> dict[str, Any]:
             "seconds": item.seconds,
             "artifacts": item.artifacts,
             "summary": item.summary,
+            **({"lost": item.lost} if item.lost else {}),
             **({"error": _error(item.error)} if item.error else {}),
         }
         for item in items

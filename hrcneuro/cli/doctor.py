@@ -7,19 +7,19 @@ import json
 import os
 import re
 import shutil
-import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
+from hrcneuro.cli.cache_trial import try_cache
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
 from hrcneuro.errors import HrcError
 
 if TYPE_CHECKING:
-    from hrcneuro.cache.store import Store
     from hrcneuro.config.settings import Settings
+    from hrcneuro.pipeline.disk_forecast import DiskForecast
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)(?:\[(?P<extras>[^\]]*)\])?\s*(?:>=(?P<least>[\d.]+))?")
 _EXTRA = re.compile(r"extra\s*==\s*['\"](?P<extra>[\w-]+)['\"]")
@@ -36,9 +36,14 @@ _LOW_MEMORY_GB = 3.0
 def doctor(options: Options) -> int:
     """Print what this machine offers, and what is wrong with it; return 0 where nothing is, else 1."""
     from hrcneuro.cli import bring
+    from hrcneuro.pipeline import disk_forecast
     from hrcneuro.pipeline.workdir import Workdir
 
-    view = examine(lambda: bring.settings(options), Workdir(options.workdir).cache.root)
+    def wanted() -> DiskForecast:
+        return disk_forecast.expected(workdir, bring.planned(options, bring.settings(options)))
+
+    workdir = Workdir(options.workdir)
+    view = examine(lambda: bring.settings(options), workdir.cache.root, wanted)
     code = exit_code(view)
     if options.json:
         print(json.dumps({"command": "doctor", "ok": code == 0, **view}, indent=1))
@@ -51,12 +56,15 @@ def doctor(options: Options) -> int:
     return code
 
 
-def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
+def examine(
+    settings: Callable[[], Settings], root: Path, wanted: Callable[[], DiskForecast] | None = None
+) -> dict[str, Any]:
     """Return what was found, with ``problems`` (something will fail) and ``notes`` (something may).
 
     Args:
         settings: Reads the configuration of the study, for the devices that it names.
         root: The folder of the cache; a test entry is published in it and removed.
+        wanted: Returns how much disk the study still wants.
     """
     import platform
 
@@ -69,13 +77,18 @@ def examine(settings: Callable[[], Settings], root: Path) -> dict[str, Any]:
     view["cores"] = cores()
     view["memory_gb"] = _memory()
     view["disk_free_gb"] = _free(root)
-    view["cache_test"] = _try_cache(root, view["notes"])
+    view["cache_test"] = try_cache(root, view["notes"])
     try:
         view["devices"] = _devices(settings())
     except HrcError as error:
         view["devices"] = {}
         view["problems"].append(error.problem)
     view["problems"] += [f"cache: {name}: {said}" for name, said in view["cache_test"].items() if said != "ok"]
+    view["disk_wanted_gb"] = None
+    if wanted is not None:
+        # A study that cannot be planned says so where it is asked for.
+        with contextlib.suppress(HrcError):
+            _judge_disk(view, wanted())
     _judge_room(view)
     return view
 
@@ -91,6 +104,8 @@ def lines(view: dict[str, Any]) -> list[str]:
         ("room", "memory", _gigabytes(view["memory_gb"])),
         ("room", "disk, free", _gigabytes(view["disk_free_gb"])),
     ]
+    if view.get("disk_wanted_gb") is not None:
+        rows += [("room", "disk, wanted", f"{view['disk_wanted_gb']:.3g} GB more, by what earlier runs wrote")]
     rows += [("cache", name, said) for name, said in view["cache_test"].items()]
     rows += [("devices", name, said) for name, said in view["devices"].items()]
     text, section = [], ""
@@ -170,8 +185,14 @@ def _free(root: Path) -> float:
     return shutil.disk_usage(root).free / 1e9
 
 
+def _judge_disk(view: dict[str, Any], disk: DiskForecast) -> None:
+    view["disk_wanted_gb"] = disk.size / 1e9 if disk.size or not disk.unknown else None
+    if not disk.enough:
+        view["problems"].append(str(disk))
+
+
 def _judge_room(view: dict[str, Any]) -> None:
-    if view["disk_free_gb"] < _LOW_DISK_GB:
+    if view["disk_free_gb"] < _LOW_DISK_GB and view["disk_wanted_gb"] is None:
         view["notes"].append(f"only {view['disk_free_gb']:.1f} GB of disk are free; the whole study writes about 5 GB")
     if view["memory_gb"] < _LOW_MEMORY_GB * view["cores"]:
         view["notes"].append(
@@ -181,97 +202,6 @@ def _judge_room(view: dict[str, Any]) -> None:
 
 def _gigabytes(value: float) -> str:
     return f"{value:.1f} GB"
-
-
-def _try_cache(root: Path, notes: list[str]) -> dict[str, str]:
-    """Return step -> ``ok`` or what went wrong, of an entry's whole life in the cache's own file system."""
-    import tempfile
-
-    from hrcneuro.cache.store import Store
-
-    steps: dict[str, Callable[[Store], None]] = {
-        "write, publish": _publish,
-        "read, verify": _read_back,
-        "notice damage": _damage,
-        "lock": _lock,
-        "rename": _rename,
-    }
-    new = not root.exists()
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".doctor-", dir=root) as folder:
-            store = Store(Path(folder))
-            notes += [flaw] if (flaw := store.flaw_of_locks(root)) else []
-            return {name: _attempt(lambda step=step: step(store)) for name, step in steps.items()}  # type: ignore[misc]
-    except OSError as error:
-        return {"write, publish": f"{root} cannot be written: {error.strerror}"}
-    finally:
-        # Who only asks wants no folder.
-        with contextlib.suppress(OSError):
-            root.rmdir() if new else None
-
-
-def _attempt(step: Callable[[], None]) -> str:
-    try:
-        step()
-    except Exception as error:
-        return f"{type(error).__name__}: {error}".splitlines()[0]
-    return "ok"
-
-
-_ENTRY = ("doctor", "test", "0" * 16)
-
-
-def _publish(store: Store) -> None:
-    from hrcneuro.cache.record import Record
-
-    with store.workspace(*_ENTRY) as work:
-        (work / "data.bin").write_bytes(bytes(range(256)) * 4096)
-        store.publish(Record(*_ENTRY, {}, {}), work)
-
-
-def _read_back(store: Store) -> None:
-    if store.lookup(*_ENTRY, verify=True) is None:
-        raise OSError("what was written is not what is read")
-
-
-def _damage(store: Store) -> None:
-    path = store.folder(*_ENTRY) / "data.bin"
-    path.write_bytes(b"\xff" + path.read_bytes()[1:])
-    if store.lookup(*_ENTRY, verify=True) is not None:
-        raise OSError("a changed byte was not noticed")
-    store.quarantine(*_ENTRY)
-
-
-def _lock(store: Store) -> None:
-    from hrcneuro.cache.locks import Lock
-
-    place = store.root / "lock"
-    mine, other = Lock(place), Lock(place)
-    if not mine.take():
-        raise OSError("a lock that nobody holds cannot be taken")
-    try:
-        if other.take():
-            other.release()
-            raise OSError("two could hold the same lock: on this file system, start only one run at a time")
-    finally:
-        mine.release()
-
-
-def _rename(store: Store) -> None:
-    old, new = store.root / "old", store.root / "new"
-    for folder in (old, new):
-        folder.mkdir()
-        (folder / folder.name).touch()
-    aside = store.root / "aside"
-    new.rename(aside)
-    old.rename(new)
-    if not (new / "old").exists() or not (aside / "new").exists():
-        raise OSError("a renamed folder does not hold its files")
-    before = time.time_ns()
-    (new / "now").touch()
-    if abs((new / "now").stat().st_mtime_ns - before) > 60_000_000_000:
-        raise OSError("the file system's clock is more than a minute off this machine's")
 
 
 def _devices(settings: Settings) -> dict[str, str]:

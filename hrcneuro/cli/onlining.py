@@ -226,7 +226,7 @@ class Task:
             same = told["against_log"]
             lines.append(
                 f"  {same['equal']} scores as live, {same['different']} other; {same['undecided']} had none live, "
-                f"{same['unknown']} are not in the log"
+                f"{same['unrecorded']} lie before what the recording can tell, {same['unknown']} are not in the log"
             )
         if told["log"]:
             lines.append(f"  log: {told['log']}")
@@ -296,9 +296,10 @@ def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:
 def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict[str, int]:
     """Return how many moves of a replay have the score of the live session's log, or another.
 
-    ``undecided`` are those for which live there was no score, ``unknown`` those that are not in the log.
+    ``undecided`` are those for which live there was no score, ``unrecorded`` those whose epoch the recording does not
+    hold, or before the first state of the live filter that it holds; ``unknown`` are not in the log.
     """
-    counts = {"equal": 0, "different": 0, "undecided": 0, "unknown": 0}
+    counts = {"equal": 0, "different": 0, "undecided": 0, "unrecorded": 0, "unknown": 0}
     for line in lines:
         if line["kind"] != decisions.MOVE:
             continue
@@ -307,6 +308,8 @@ def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict
             counts["unknown"] += 1
         elif known.scores[key] is None:
             counts["undecided"] += 1
+        elif line["score"] is None and line["cause"] in ("missing", "gone"):
+            counts["unrecorded"] += 1
         else:
             counts["equal" if line["score"] == known.scores[key] else "different"] += 1
     return counts

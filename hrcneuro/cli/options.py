@@ -13,6 +13,8 @@ import typer
 
 from hrcneuro.cli import completion
 
+WHERE = "auto, serial, processes, dask or slurm"
+
 
 @dataclass(frozen=True)
 class Options:
@@ -35,10 +37,19 @@ class Options:
         ),
     ] = None
     workdir: Annotated[Path, typer.Option(help="Where cache/ and results/ lie.")] = Path()
-    jobs: Annotated[int, typer.Option("-j", "--jobs", help="Workers; 0 means one for each core.")] = 0
+    jobs: Annotated[int, typer.Option("-j", "--jobs", help="Jobs at a time; 0: one a core, on a cluster all.")] = 0
     executor: Annotated[
-        str, typer.Option(help="Where jobs run: auto, serial or processes.", autocompletion=completion.executors)
+        str,
+        typer.Option(help=f"Where jobs run: {WHERE}.", autocompletion=completion.executors),
     ] = "auto"
+    second_cache: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="URL",
+            help="A second cache (s3://, ssh://, file:// or a folder): what it has is taken from there and not run.",
+        ),
+    ] = None
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would run and why; run nothing.")] = False
     force: Annotated[bool, typer.Option("--force", help="Run what is named even if it is up to date.")] = False
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Compute numbers alone; draw nothing.")] = False

@@ -68,6 +68,12 @@ def counted(items: Iterable[Item]) -> str:
     return f"{numbers or 'nothing to do'}{f'; pictures: {pictures}' if pictures else ''}"
 
 
+def sent_again(items: Iterable[Item]) -> str:
+    """Return which tasks had to be sent to a worker again and why; empty where none had."""
+    told = [f"{item.stage} of {item.unit} ({'; '.join(item.lost)})" for item in items if item.lost and item.state.done]
+    return f"sent to a worker again, and complete: {', '.join(told)}" if told else ""
+
+
 def span(units: Sequence[str]) -> str:
     """Return units as a few words."""
     return ", ".join(units) if len(units) <= 3 else f"{units[0]} … {units[-1]}, {len(units)} units"

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
-    from hrcneuro.pipeline.forecast import Forecast, Place
+    from hrcneuro.pipeline.forecast import Forecast
+    from hrcneuro.pipeline.measured import Place
 
 _BAR = 24
 

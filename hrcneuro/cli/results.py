@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import answers
 from hrcneuro.cli.plan import span
 from hrcneuro.contract import GROUP, OF_ALL, SWEEP, is_piece
+from hrcneuro.errors import DataError
 from hrcneuro.stages import NAMES as STAGES
 
 if TYPE_CHECKING:
@@ -29,6 +31,9 @@ def blocks(
         summaries: In the order in which they are told.
         whole: Of a whole study: where there is no group, subjects are always told together.
         every: Leave no row of a table out.
+
+    Raises:
+        DataError: A summary does not have what its stage tells.
     """
     by_stage: dict[str, dict[str, Mapping[str, Any]]] = {}
     for stage, unit, summary in summaries:
@@ -37,15 +42,29 @@ def blocks(
     for stage, units in by_stage.items():
         subjects = {unit: summary for unit, summary in units.items() if unit not in OF_ALL}
         of_all = [unit for unit in OF_ALL if unit in units and not (unit == GROUP and len(subjects) == 1)]
-        if of_all:
-            for unit in of_all:
-                found += answers.block(f"{stage}, {unit}", answers.lines(stage, unit, units[unit], every=every))
-        elif len(subjects) > (1 if whole else _FEW) and (said := answers.together(stage, subjects)):
-            found += answers.block(f"{stage}, {span(list(subjects))}", said)
-        else:
-            for unit, summary in subjects.items():
+        told = {unit: units[unit] for unit in of_all} or subjects
+        if not of_all and len(subjects) > (1 if whole else _FEW):
+            with _readable(stage, span(list(subjects))):
+                said = answers.together(stage, subjects)
+            if said:
+                found += answers.block(f"{stage}, {span(list(subjects))}", said)
+                continue
+        for unit, summary in told.items():
+            with _readable(stage, unit):
                 found += answers.block(f"{stage}, {unit}", answers.lines(stage, unit, summary, every=every))
     return found
+
+
+@contextlib.contextmanager
+def _readable(stage: str, units: str) -> Iterator[None]:
+    """Say which record it is where one does not have what its stage tells: it may come from somebody else's cache."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(
+            f"the record of {stage} of {units} does not tell what it should ({type(error).__name__}: {error})",
+            cure=f"make it anew: hrcneuro {stage} --force; if that does not help, please report it as a bug",
+        ) from error
 
 
 def asked_for(settings: Settings, workdir: Workdir, stage: str, unit: str = "") -> dict[str, Mapping[str, Any]]:

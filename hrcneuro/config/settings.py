@@ -13,10 +13,10 @@ from typing import Any
 from hrcneuro import published, stages
 from hrcneuro.config import bysubject, dataset, shipped
 from hrcneuro.config.reader import Added, Reader
+from hrcneuro.config.sections import SECTIONS
 from hrcneuro.config.tomlfile import parse_toml, unreadable
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, did_you_mean
-from hrcneuro.experiment.sections import SECTIONS
 from hrcneuro.paradigm.design import CONDITIONS, CONTRASTS, PROBLEMS
 
 
@@ -57,7 +57,7 @@ class Settings:
         warnings: What is allowed but worth knowing.
         own: Stage -> subject -> the options of a subject that has values of its own.
         replaced: Stage -> what to know of subjects' own values that the command line has replaced.
-        live: Command of the live side -> its options.
+        live: Command of the live side, or ``cluster`` -> its options.
     """
 
     study: StudyOptions

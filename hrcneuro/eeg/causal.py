@@ -75,6 +75,21 @@ class CausalChain:
         self.design = design
         self._state: np.ndarray | None = None
 
+    @property
+    def memory(self) -> np.ndarray | None:
+        """What it keeps of the past: ndarray, shape (n_sections, n_channels, 2); None where the next sample begins."""
+        return None if self._state is None else self._state.copy()
+
+    def go_on(self, memory: np.ndarray) -> None:
+        """Go on where another one was, whose ``memory`` this is.
+
+        Raises:
+            ValueError: It is another filter's.
+        """
+        if memory.ndim != 3 or len(memory) != len(self.design.sos) or memory.shape[2] != 2:
+            raise ValueError(f"a memory of shape {memory.shape}; allowed: ({len(self.design.sos)}, n_channels, 2)")
+        self._state = np.array(memory, float)
+
     def reset(self) -> None:
         """Forget the past: the next sample begins a new stretch."""
         self._state = None

@@ -1,13 +1,14 @@
 """The arm's side in a process of its own, so that neither window nor flow can hold up its loop.
 
-Two pipes lead there and back. The loop itself touches neither: one thread takes requests, another sends reports. The
-end of the pipe of requests, however the other process has ended, stops the arm.
+Two pipes lead there and back. The loop itself touches neither: one thread takes requests, another sends reports. Where
+the other process ends, however it does, the arm is stopped.
 """
 
 from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import queue
 import signal
 import threading
@@ -22,6 +23,7 @@ from hrcneuro.arms.words import on_stderr
 from hrcneuro.experiment import arm_side
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.arm_side import ArmSettings
+from hrcneuro.experiment.end_of_process import at_its_end
 from hrcneuro.experiment.messages import Ended, Finish, Halted, Health, Ready, Report, Request, Said
 from hrcneuro.experiment.stderr_lines import Lines, pass_on
 
@@ -34,6 +36,7 @@ _BEGINS_S = 90.0  # without a word until it is ready: libraries, a controller th
 _SILENT_S = 2.0  # afterwards: how the arm is comes a few times a second
 _ENDS_S = 5.0  # once it is asked to finish: streams and ports are closed, a simulated controller ends
 _LOOK_S = 0.25  # counts at most as silence between two looks: this process, or the machine, may have slept
+_LOOK_FOR_END_S = 0.02  # much less than the quarter of a second in which an arm is to rest
 _LOST = (
     "press the emergency stop if the arm moves on; once it rests, space (go on) begins with the arm anew; or end here, "
     "and start the experiment again with --resume"
@@ -64,7 +67,7 @@ class ArmProcess:
         self.connection, reports = context.Pipe(duplex=False)
         self._lines, lines = Lines.pipe(context)
         self._process = context.Process(
-            target=_main, args=(settings, requests, reports, lines), name="arm", daemon=True
+            target=_main, args=(settings, requests, reports, lines, os.getpid()), name="arm", daemon=True
         )
         # The tracker of the library, which is started with the first process, changes what is blocked.
         resource_tracker.ensure_running()
@@ -177,12 +180,12 @@ class ArmProcess:
                     self._say(report.text)
 
 
-def _main(settings: ArmSettings, requests: Connection, reports: Connection, lines: Connection) -> None:
+def _main(settings: ArmSettings, requests: Connection, reports: Connection, lines: Connection, asker: int) -> None:
     pass_on(lines)
     for number in _NOT_OURS:
         signal.signal(number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _NOT_OURS)
-    inbox, outbox = _Inbox(requests), _Outbox(reports)
+    inbox, outbox = _Inbox(requests, asker), _Outbox(reports)
     with contextlib.suppress(KeyboardInterrupt), interrupts.whole():
         interrupts.once(lambda: None)
         arm_side.run(settings, outbox.put, inbox.take, gone=lambda: inbox.gone, say=outbox.say)
@@ -190,11 +193,11 @@ def _main(settings: ArmSettings, requests: Connection, reports: Connection, line
 
 
 class _Inbox:
-    """Takes requests from a pipe in a thread; it also sees the pipe's end."""
+    """Takes requests from a pipe in a thread; it also sees the end of the pipe, or of the process that asks."""
 
-    def __init__(self, requests: Connection) -> None:
+    def __init__(self, requests: Connection, asker: int) -> None:
         self.gone = ""
-        self._requests = requests
+        self._requests, self._asker = requests, asker
         self._taken: deque[Request] = deque()
         threading.Thread(target=self._read, name="requests", daemon=True).start()
 
@@ -206,10 +209,12 @@ class _Inbox:
         # On a busy machine the end of the other process must be seen as soon as packets are.
         WallClock().raise_priority()
         try:
-            while True:
-                self._taken.append(self._requests.recv())
+            while not at_its_end(self._asker):
+                if self._requests.poll(_LOOK_FOR_END_S):
+                    self._taken.append(self._requests.recv())
         except (EOFError, OSError):
-            self.gone = "the experiment that asks for the motions has ended"
+            pass
+        self.gone = "the experiment that asks for the motions has ended"
 
 
 class _Outbox:

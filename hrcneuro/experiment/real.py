@@ -81,7 +81,7 @@ class RealTime:
         self._window: Window | None = None
         self._flow: Flow
         self._policies: Policies | None = None
-        self._loop_gone = False
+        self._loop_trouble = ""
         self._looked = float("-inf")
         self._trouble = ""
         self._has_keyboard = True  # the window
@@ -237,11 +237,13 @@ class RealTime:
         trouble, seen = self._policies.look(), self._flow.seen
         if not trouble and seen.unheard >= _UNHEARD:
             trouble, seen.unheard = f"the closed loop has told nothing of the last {_UNHEARD} moves", 0
-        if trouble and not self._loop_gone:
+        if trouble and trouble != self._loop_trouble:
             seen.hardware = True
             subject = self._setup.subject
-            self._flow.trouble(trouble, f"start it again, then go on: hrcneuro online {subject} --mode closed --go-on")
-        self._loop_gone = bool(trouble)
+            self._flow.trouble(
+                trouble, f"see that one runs, then go on: hrcneuro online {subject} --mode closed --go-on"
+            )
+        self._loop_trouble = trouble
 
     def _found(self, stack: contextlib.ExitStack) -> Policies:
         """Return what the closed loop says; it must be there."""

@@ -78,7 +78,7 @@ def read_table(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
         table.column(i).cast(pa.string()) if pa.types.is_dictionary(field.type) else table.column(i)
         for i, field in enumerate(table.schema)
     ]
-    return pa.Table.from_arrays(plain, names=table.column_names).to_pandas()
+    return pa.Table.from_arrays(plain, names=table.column_names).to_pandas(use_threads=False)
 
 
 def read_lists(path: Path, column: str) -> np.ndarray:
@@ -114,13 +114,14 @@ def describe(path: Path) -> Table:
 
 def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
     try:
-        # Into memory of Arrow's own: its threads read, and one that lets go of a Python file, or of a Python buffer,
-        # while Python ends takes the whole process down. (A path would do, but Arrow takes UTF-8 only.)
+        # Into memory of Arrow's own, as it takes no path that is not UTF-8. Without threads of its own: where memory is
+        # limited none can be started, and Arrow waits for it for ever.
         with path.open("rb") as file:
             content = pa.allocate_buffer(os.fstat(file.fileno()).st_size)
             file.readinto(memoryview(content))
-        return pq.read_table(pa.BufferReader(content), columns=columns, partitioning=None)
-    except (OSError, pa.ArrowInvalid) as error:
+        table = pq.ParquetFile(pa.BufferReader(content)).read(columns=columns, use_threads=False)
+        return table if columns is None else table.select(columns)
+    except (OSError, KeyError, pa.ArrowInvalid) as error:
         raise DataError(
             f"{path.name} cannot be read as Parquet: {error}",
             cure="it is truncated or damaged: rerun the stage that writes it with --force",

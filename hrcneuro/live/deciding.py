@@ -91,6 +91,16 @@ class Deciding:
         if self._options.mode == "semi":
             self.policy = policy
 
+    @property
+    def memory(self) -> dict[str, Any] | None:
+        """What the filter keeps of the past, and the stamp of its last sample; None where it begins."""
+        kept = self._stream.chain.memory
+        return None if kept is None else {"stamp": self._timeline.stamp(self._stream.end - 1), "memory": kept.tolist()}
+
+    def remember(self, memory: np.ndarray) -> None:
+        """Let the filter go on, at the next sample, where a live session's was."""
+        self._stream.chain.go_on(memory)
+
     # --- what comes -----------------------------------------------------------------------------------------------
 
     def samples(

@@ -12,6 +12,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hrcneuro.errors import StageError
 from hrcneuro.learning.online import SUBTASKS, Policy, Values
 
@@ -221,13 +223,27 @@ class Known:
         zeros: (marker's text, its stamp) -> stamp of the epoch's first sample.
         late: Those that were decided too late, or not at all, and taught nothing for that.
         scores: The same -> the score; None where none was decided.
-        starts: Stamps of the first samples of stretches: where the filter began, and began anew.
+        states: Where the filter began, and began anew: (stamp of that sample, None); and between, (stamp of a sample,
+            what it kept after it), see :class:`hrcneuro.eeg.causal.CausalChain`. In the log's order.
     """
 
     zeros: dict[tuple[str, float], float] = field(default_factory=dict)
     late: dict[tuple[str, float], str] = field(default_factory=dict)
     scores: dict[tuple[str, float], float | None] = field(default_factory=dict)
-    starts: list[float] = field(default_factory=list)
+    states: list[tuple[float, np.ndarray | None]] = field(default_factory=list)
+
+    @property
+    def starts(self) -> list[float]:
+        """Stamps of the first samples of stretches."""
+        return [stamp for stamp, memory in self.states if memory is None]
+
+    def state(self, first: float) -> tuple[float, np.ndarray | None]:
+        """Return the first state that a recording holds; minus infinity and None where it holds none.
+
+        Args:
+            first: Stamp of the recording's first sample.
+        """
+        return next((one for one in self.states if one[0] >= first), (-math.inf, None))
 
 
 def known(*paths: Path) -> Known:
@@ -239,7 +255,9 @@ def known(*paths: Path) -> Known:
     found = Known()
     for line in chain.from_iterable(map(lines, paths)):
         if line.get("kind") in (BEGIN, BREAK) and _is_time(line.get("stamp")):
-            found.starts.append(float(line["stamp"]))
+            found.states.append((float(line["stamp"]), None))
+        elif line.get("kind") == BLOCK and isinstance(kept := line.get("filter"), dict):
+            found.states.append((float(kept["stamp"]), np.asarray(kept["memory"], float)))
         elif line.get("kind") == MOVE and _is_time(line.get("marker_stamp")):
             key = str(line.get("marker")), float(line["marker_stamp"])
             found.scores[key] = line.get("score")

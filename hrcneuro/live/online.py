@@ -97,6 +97,7 @@ class Online:
         self.hearing.look()
         self._looked, self._came = float("-inf"), now
         self._first, self._seen = True, 0
+        self._begins: tuple[float, np.ndarray | None] | None = None
         self._lost = ""
 
     # --- steps ----------------------------------------------------------------------------------------------------
@@ -140,7 +141,8 @@ class Online:
                 now = self._clock()
                 self._publish(message(self._options.mode, self.deciding.published, now), now)
                 difference = None if np.isnan(self._difference) else self._difference
-                self._log({"kind": BLOCK, **one, "difference_s": difference, "policy": self.deciding.policy})
+                about = {"difference_s": difference, "policy": self.deciding.policy, "filter": self.deciding.memory}
+                self._log({"kind": BLOCK, **one, **about})
 
     def _note(self, one: Trial) -> None:
         self.trials.append(one)
@@ -174,6 +176,7 @@ class Online:
         return samples, self._clock()
 
     def _take(self, samples: Samples, pulled: float) -> None:
+        self._came = pulled
         samples = self._from_start(samples)
         if not len(samples):
             return
@@ -188,7 +191,6 @@ class Online:
             self.deciding.samples(samples.stamps[part], own, codes, self._marks(own), pulled)
             self._deal(more=True)
             self._remember(own)
-        self._came = pulled
 
     def _remember(self, own: np.ndarray) -> None:
         self.recent.append(own)
@@ -197,15 +199,20 @@ class Online:
             self._seen -= self.recent.popleft().shape[1]
 
     def _from_start(self, samples: Samples) -> Samples:
-        """Return the samples from where the loop begins; a replay begins where the live session did."""
+        """Return the samples from where the loop begins; a replay begins where the live session's state is known."""
         if not self._first:
             return samples
-        starts = self._known.starts if self._known is not None else []
         at = 0
-        if starts and float(samples.stamps[0]) <= starts[0]:
-            at = int(np.searchsorted(samples.stamps, starts[0]))
+        if self._known is not None:
+            if self._begins is None:
+                self._begins = self._known.state(float(samples.stamps[0]))
+            begins, memory = self._begins
+            # A memory is that of the sample, a start the sample's own.
+            at = int(np.searchsorted(samples.stamps, begins, side="left" if memory is None else "right"))
             if at == len(samples):
                 return Samples(samples.stamps[:0], np.asarray(samples.values)[:0])
+            if memory is not None:
+                self.deciding.remember(memory)
         self._first = False
         about = self.eeg.inlet.description
         self._log(

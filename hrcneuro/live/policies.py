@@ -78,7 +78,10 @@ class Policies:
                 wait(_LOOK_AGAIN_S)
 
     def look(self) -> str:
-        """Return what is wrong with the loop, or an empty text; one that was started anew is heard from now on."""
+        """Return what is wrong with the loop, or an empty text; one that was started anew is heard from now on.
+
+        Of several none is heard: nobody knows which one the experimenter means.
+        """
         there, now = running(self._network, self._subject), self._clock()
         if self._inlet is not None:
             if any(one.uid == self._inlet.description.uid for one in there):
@@ -88,7 +91,11 @@ class Policies:
                 self.close()
         if self._inlet is None:
             self._open(there)
-        return "" if self._inlet is not None else "the closed loop is gone"
+        if self._inlet is not None:
+            return ""
+        return (
+            f"{len(there)} closed loops are running: end all but one" if len(there) > 1 else "the closed loop is gone"
+        )
 
     def pull(self) -> None:
         """Take up what was said."""
@@ -109,7 +116,7 @@ class Policies:
             self._inlet = None
 
     def _open(self, there: list[Description]) -> None:
-        if there:
+        if len(there) == 1:
             with contextlib.suppress(Lost):
                 self._inlet, self._seen = self._network.open(there[0]), self._clock()
 

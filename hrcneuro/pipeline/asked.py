@@ -12,7 +12,7 @@ from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline import graph, swept, walk
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.item import Item, State
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.workdir import Workdir, refuse_dropped
 
 _LAST = "--last (in Python last=True) takes what ran last, whatever its configuration"
 
@@ -76,6 +76,8 @@ def place(settings: Settings, workdir: Workdir, stage: str, unit: str, file: str
             names += found.artifacts
         else:
             names += [f"{stem}.png" for stem in captions]
+    if file and not found.draws:
+        refuse_dropped(workdir.cache.folder(found.stage, unit, found.key), stage, unit, file)
     if file and file not in found.artifacts:
         raise DataError(f"{stage} of {unit} has no file {file!r}", cure=f"name one of: {', '.join(sorted(set(names)))}")
     return Path(found.artifacts[file]) if file else workdir.cache.folder(found.stage, unit, found.key)

@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 
 from hrcneuro.cache.disk import explain_os_error
-from hrcneuro.cache.placed import PlacedStudy, read_id
+from hrcneuro.cache.placed import PlacedStudy
 from hrcneuro.cache.record import Entry
 from hrcneuro.errors import HrcError
 from hrcneuro.pipeline.workdir import Workdir
@@ -95,12 +95,20 @@ def claimed(workdir: Workdir) -> set[Entry]:
         DataError: A file of the cache's list of studies cannot be understood.
     """
     # The list first: what a run points at before it leaves the list is then in the one or the other.
+    used = claimed_by_others(workdir)
+    return used | workdir.keys()
+
+
+def claimed_by_others(workdir: Workdir) -> set[Entry]:
+    """Return every entry that another study points at, or that a run, also one of this study, is about to.
+
+    Raises:
+        DataError: A file of the cache's list of studies cannot be understood.
+    """
     listings = workdir.studies.read()
-    used = workdir.keys()
-    study = workdir.study() if read_id(workdir.results) or used else None
+    study = workdir.study() if workdir.is_study else None
     others = [one for one in listings if study is None or not (one.over and one.study.same(study))]
-    for one in others:
-        used |= one.entries
+    used = {entry for one in others for entry in one.entries}
     for other in {one.study.folder: one.study for one in others}.values():
         # Also what the list may lack: a run that could not write it, or one of an older version.
         with contextlib.suppress(HrcError):

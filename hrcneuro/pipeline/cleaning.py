@@ -14,7 +14,7 @@ from hrcneuro.cache.disk import guarded, remove, size
 from hrcneuro.cache.listing import Listing
 from hrcneuro.cache.locks import ago
 from hrcneuro.cache.placed import PlacedStudy
-from hrcneuro.cache.record import Entry, entry_of, read_record
+from hrcneuro.cache.record import PULLED, Entry, entry_of, read_record
 from hrcneuro.cache.studies import KEPT_S
 from hrcneuro.errors import ConfigError, DataError, HrcError
 from hrcneuro.pipeline.claims import claimed
@@ -83,8 +83,12 @@ def survey(workdir: Workdir) -> Survey:
         if entry in used:
             continue
         record = read_record(folder)
-        # What cannot be read is no entry to anybody.
-        known = record is None or (record.provenance.get("study") in writers and entry not in before)
+        # What cannot be read is no entry to anybody; what was pulled was written by no study that uses this cache.
+        known = (
+            record is None
+            or (folder / PULLED).exists()
+            or (record.provenance.get("study") in writers and entry not in before)
+        )
         where = found.unlisted if not known else found.recent if entry in recent else found.doomed
         where.append(folder)
     found.doomed += workdir.cache.quarantined()

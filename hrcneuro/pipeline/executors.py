@@ -1,4 +1,5 @@
-"""Where jobs run: in this process, or in worker processes on this machine. Each has the shape of concurrent.futures.
+"""Where jobs run: in this process, in worker processes on this machine (both here), or on other machines
+(``cluster``). Each has the shape of concurrent.futures.
 
 The worker pool is our own. Held against pebble 5.2 and loky 3.7, which were given all that their public interfaces let
 one add (``benchmarks/bench_pool.py``; docs/benchmarks.md has the figures), it is kept for three reasons:
@@ -24,14 +25,17 @@ from collections.abc import Callable
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from types import TracebackType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hrcneuro import interrupts, streams
 from hrcneuro.errors import ConfigError, StageError, did_you_mean
 from hrcneuro.pipeline import job
 from hrcneuro.pipeline.item import State
 
-NAMES = ("auto", "serial", "processes")
+if TYPE_CHECKING:
+    from hrcneuro.pipeline.cluster import Site
+
+NAMES = ("auto", "serial", "processes", "dask", "slurm")
 # Long enough to unwind from a call into a numeric library, short enough for someone who pressed Ctrl-C.
 _GRACE_S = 3.0
 _OF_A_TERMINAL = (signal.SIGINT, signal.SIGQUIT)
@@ -158,11 +162,16 @@ class _Worker:
         raise value
 
 
-def create(name: str, workers: int) -> Executor:
+def create(name: str, workers: int, site: Callable[[], Site] | None = None) -> Executor:
     """Return an executor; ``auto`` means processes where more than one worker is asked for.
 
+    Args:
+        name: One of ``NAMES``.
+        workers: How many jobs run at a time, on this machine.
+        site: Returns what those for other machines need to know.
+
     Raises:
-        ConfigError: The name is unknown or the number of workers is not positive.
+        ConfigError: The name is unknown, the number of workers is not positive, or what an executor needs is not here.
     """
     if name not in NAMES:
         raise ConfigError(
@@ -171,7 +180,21 @@ def create(name: str, workers: int) -> Executor:
     if workers < 1:
         raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
     job.one_thread()
+    if name in ("dask", "slurm"):
+        assert site is not None
+        return _on_cluster(name, site())
     return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)
+
+
+def _on_cluster(name: str, site: Site) -> Executor:
+    # Loaded where they are asked for: both come with libraries of their own.
+    if name == "dask":
+        from hrcneuro.pipeline.on_dask import Dask
+
+        return Dask(site)
+    from hrcneuro.pipeline.on_slurm import Slurm
+
+    return Slurm(site)
 
 
 def outcome(future: futures.Future, name: str) -> job.Outcome:

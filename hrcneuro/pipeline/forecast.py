@@ -6,24 +6,7 @@ import statistics
 from collections.abc import Iterable, Mapping
 
 from hrcneuro.contract import GROUP
-from hrcneuro.errors import DataError
-from hrcneuro.pipeline.workdir import Workdir
-
-Place = tuple[str, str]
-"""A task's name and unit."""
-
-
-def recorded(workdir: Workdir, places: Iterable[Place]) -> dict[Place, float]:
-    """Return how many seconds each task took when it last ran, of those that have."""
-    seconds = {}
-    for name, unit in places:
-        try:
-            took = workdir.record(name, unit).provenance.get("seconds")
-        except DataError:
-            continue
-        if isinstance(took, int | float):
-            seconds[name, unit] = float(took)
-    return seconds
+from hrcneuro.pipeline.measured import Place
 
 
 class Forecast:

@@ -55,9 +55,11 @@ class Item:
         why: The causes of its being stale.
         before: Whether it has ever run, and results point at what it made then.
         seconds: How long it ran.
+        pulled: Whether it came from the second cache just now.
         artifacts: File name -> path.
         summary: What the stage says of its result in a few numbers.
         error, trace: What it failed of, and where.
+        lost: Why it had to be sent to a worker again, each time.
     """
 
     stage: str
@@ -68,10 +70,12 @@ class Item:
     why: list[str] = field(default_factory=list)
     before: bool = False
     seconds: float = 0.0
+    pulled: bool = False
     artifacts: dict[str, str] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
     error: HrcError | None = None
     trace: str = ""
+    lost: tuple[str, ...] = ()
 
     @property
     def word(self) -> Word:

@@ -23,6 +23,8 @@ from hrcneuro.cache.record import Record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.contract import GROUP, SWEEP, Inputs
 from hrcneuro.errors import HrcError, StageError, of_the_system
+from hrcneuro.pipeline import second_cache
+from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
 
@@ -41,28 +43,47 @@ class Job:
     force: bool = False
     quiet: bool = False
     patience_s: float = PATIENCE_S
+    second_cache: str = ""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: it was hit, has run or failed."""
+    """What became of a job: it was hit, has run or failed.
+
+    Attributes:
+        state: Which of these.
+        record: Of its entry, where there is one.
+        seconds: How long it took.
+        error, trace: What it failed of, and where.
+        pulled: Whether its entry came from the second cache.
+        lost: Why it had to be sent to a worker again, each time.
+    """
 
     state: State
     record: Record | None = None
     seconds: float = 0.0
     error: HrcError | None = None
     trace: str = ""
+    pulled: bool = False
+    lost: tuple[str, ...] = ()
 
 
-def execute(job: Job) -> Outcome:
-    """Compute a job unless another process has just done so, and publish its entry."""
-    start = time.perf_counter()
+def execute(job: Job, tell: Callable[[str], None] | None = None) -> Outcome:
+    """Compute a job unless another process has just done so, and publish its entry.
+
+    ``tell`` is told of what a person should know meanwhile; without it, that goes to standard error.
+    """
+    start, tell = time.perf_counter(), tell or partial(_tell, job)
     store, place = Store(job.root), (job.task.name, job.task.unit, job.key)
     try:
-        with store.lock(*place, tell=partial(_tell, job), patience_s=job.patience_s):
+        with store.lock(*place, tell=tell, patience_s=job.patience_s):
             done = None if job.force else store.lookup(*place)
             if done is not None:
                 return Outcome(State.HIT, done)
+            if job.second_cache and not job.force:
+                done = second_cache.take(job.second_cache, store, place, tell)
+            if done is not None:
+                return Outcome(State.HIT, done, pulled=True)
             record = _compute(job, store, start)
         return Outcome(State.RAN, record, time.perf_counter() - start)
     except HrcError as error:
@@ -91,7 +112,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
             "platform": f"{platform.system()} {platform.machine()}",
             "blas_threads": 1,
             "versions": {name: fingerprint.version(name) for name in libraries},
-            "warnings": overheard(),
+            "warnings": [anonymous(text, (str(job.root), str(job.root.parent))) for text in overheard()],
         }
         record = Record(*place, job.parts, {}, summary, provenance)
         return store.publish(record, work)

@@ -79,7 +79,7 @@ class Keys:
             config = self.settings.section(task.name, task.unit)
             parts["params"] = params(config)
             stage = stages.load(task.name)
-            parts["libs"] = {**parts["libs"], **{name: fingerprint.version(name) for name in stage.packages(config)}}
+            parts["libs"] = {**parts["libs"], **_packages(task, config)}
             if stage.sweep and not stage.sweep.owns(config, task.unit):
                 parts["params"] = {k: v for k, v in parts["params"].items() if k not in stage.sweep.options}
             files = stage.sources(config, task.unit)
@@ -121,16 +121,27 @@ class Keys:
         return self._static[place]
 
     def _of_stage(self, task: Task) -> dict[str, Any]:
-        return {
-            "code": fingerprint.code(f"hrcneuro.stages.{task.name}", PACKAGE, self.memo),
-            "libs": fingerprint.libraries(stages.load(task.name).libraries),
-        }
+        return _installed(task, self.memo)
 
     def _of_drawing(self, task: Task) -> dict[str, Any]:
         drawing = drawing_of(task)
         config = vars(chosen(self.settings.sections, drawing.options))
-        return {
-            "params": {section: plain(vars(options)) for section, options in config.items()},
-            "code": fingerprint.code(f"hrcneuro.drawings.{task.subject}", PACKAGE, self.memo),
-            "libs": fingerprint.libraries(drawings.load(task.subject).libraries),
-        }
+        params_ = {section: plain(vars(options)) for section, options in config.items()}
+        return {"params": params_, **_installed(task, self.memo)}
+
+
+def installed(task: Task, config: Any, memo: fingerprint.Memo) -> dict[str, dict[str, str]]:
+    """Return the parts of a task's key that this machine's installation decides: ``code`` and ``libs``."""
+    parts = _installed(task, memo)
+    return parts if task.draws else {**parts, "libs": {**parts["libs"], **_packages(task, config)}}
+
+
+def _installed(task: Task, memo: fingerprint.Memo) -> dict[str, dict[str, str]]:
+    declared = drawings.load(task.subject) if task.draws else stages.load(task.name)
+    module = f"hrcneuro.{'drawings' if task.draws else 'stages'}.{task.subject}"
+    return {"code": fingerprint.code(module, PACKAGE, memo), "libs": fingerprint.libraries(declared.libraries)}
+
+
+def _packages(task: Task, config: Any) -> dict[str, str]:
+    """Return the versions of other people's code that the configuration names."""
+    return {name: fingerprint.version(name) for name in stages.load(task.name).packages(config)}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import __version__
+from hrcneuro.pipeline.anonymous import command_line
 
 
 @functools.cache
@@ -25,16 +25,6 @@ def provenance() -> Mapping[str, Any]:
         "dirty": bool(_git(folder, "status", "--porcelain", "--untracked-files=no")) if commit else None,
         "command": command_line(),
     }
-
-
-def command_line() -> str:
-    """Return how this process was called; of a path only its last part."""
-    return " ".join(["hrcneuro", *(_anonymous(a) for a in sys.argv[1:])])
-
-
-def _anonymous(argument: str) -> str:
-    name, equals, value = argument.partition("=")
-    return f"{name}={_anonymous(value)}" if equals else Path(argument).name if "/" in argument else argument
 
 
 def _git(folder: Path, *arguments: str) -> str:

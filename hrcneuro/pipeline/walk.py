@@ -3,65 +3,53 @@
 from __future__ import annotations
 
 import concurrent.futures as futures
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import interrupts
 from hrcneuro.cache import why
-from hrcneuro.cache.record import Record
+from hrcneuro.cache.record import Record, dropped
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError
 from hrcneuro.pipeline import absent
 from hrcneuro.pipeline.claims import Claims
 from hrcneuro.pipeline.executors import Executor, outcome
-from hrcneuro.pipeline.graph import Graph, Need, Needs, Task
+from hrcneuro.pipeline.graph import Graph, Need, Task
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.job import Job, Outcome, execute
 from hrcneuro.pipeline.keys import Keys
+from hrcneuro.pipeline.node import Node
 from hrcneuro.pipeline.workdir import Workdir, lock_patience_s
-
-
-@dataclass
-class Node:
-    """A task in the walk.
-
-    Attributes:
-        task: The task.
-        needs: What it may read of others.
-        item: Its row.
-        parts: Of its key, once what it stands on is settled.
-        record: Of its entry, once there is one.
-        fault: Why its entry, which looked sound, is done again.
-    """
-
-    task: Task
-    needs: Needs
-    item: Item
-    parts: Mapping[str, Any] | None = None
-    record: Record | None = None
-    fault: str = ""
-
-    @classmethod
-    def of(cls, task: Task, needs: Needs) -> Node:
-        """Return the node of a task that nothing is known of yet."""
-        return cls(task, needs, Item(task.name, task.unit, task.draws))
-
-    @property
-    def settled(self) -> bool:
-        """Whether nothing more will happen to the task."""
-        return self.item.state.settled
 
 
 class Run:
     """One walk over a graph: plan each task when its inputs are known, then run it or take it from the cache."""
 
-    def __init__(self, settings: Settings, workdir: Workdir, graph: Graph, *, verify: bool = False) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        workdir: Workdir,
+        graph: Graph,
+        *,
+        verify: bool = False,
+        whole: Collection[Task] = (),
+        second_cache: str = "",
+    ) -> None:
+        """Prepare a walk.
+
+        Args:
+            settings, workdir, graph: Of the study.
+            verify: Hash every file that is taken from the cache.
+            whole: Tasks of which all files are wanted, also those that were dropped to save disk.
+            second_cache: The URL of a second cache, which is looked into for what the first has not; empty for none.
+        """
         self.settings = settings
         self.workdir = workdir
         self.verify = verify
+        self.whole = frozenset(whole)
+        self.second_cache = second_cache
         self.keys = Keys(settings, workdir)
         self.nodes = {task: Node.of(task, needs) for task, needs in graph.items()}
         self.pictures_only = False
@@ -79,6 +67,10 @@ class Run:
         forced = set(forced)
         for node in self.nodes.values():
             self._foresee(node, force=node.task in forced)
+        for node in reversed(self.nodes.values()):
+            if node.item.state is State.WOULD_RUN:
+                for source in self._lacking(node):
+                    source.item.state, source.item.why = State.WOULD_RUN, [source.fault]
         return self.items
 
     def run(
@@ -209,7 +201,11 @@ class Run:
 
     def _lookup(self, node: Node, *, dry: bool) -> Record | None:
         cache, place = self.workdir.cache, (node.task.name, node.task.unit, node.item.key)
-        record = cache.lookup(*place, verify=self.verify)
+        slim = not node.fault and node.task not in self.whole
+        record = cache.lookup(*place, verify=self.verify, slim=slim)
+        node.dropped = dropped(cache.folder(*place))
+        if record is None and node.dropped:
+            node.item.why = [node.without()]
         if record is None and (flaw := cache.diagnose(*place, verify=self.verify)):
             node.item.why = [f"corrupt: {flaw}"]
             if not dry:
@@ -227,7 +223,8 @@ class Run:
             if any(source.task in other.needs for other in running for source in altered):
                 return [node]
             for source in altered:
-                self.workdir.cache.quarantine(source.task.name, source.task.unit, source.item.key)
+                if not source.dropped:
+                    self.workdir.cache.quarantine(source.task.name, source.task.unit, source.item.key)
         except HrcError as error:
             node.item.fail(error)
             return []
@@ -235,11 +232,21 @@ class Run:
             source.item = Item(source.task.name, source.task.unit, source.task.draws)
         return [node, *altered] if altered else []
 
+    def _lacking(self, node: Node) -> list[Node]:
+        """Return what a task reads a file of that was dropped to save disk: it is made again."""
+        lacking = []
+        for source, need in self._sources(node):
+            hit = source.record if source.item.state is State.HIT else None
+            if hit is not None and source.dropped.intersection(self.keys.matching(hit, need)):
+                source.fault = source.without()
+                lacking.append(source)
+        return lacking
+
     def _altered(self, node: Node) -> list[Node]:
-        altered = []
+        altered = self._lacking(node)
         for source, need in self._sources(node):
             record = source.record
-            if record is None or source.item.state is not State.HIT:
+            if record is None or source.item.state is not State.HIT or source in altered:
                 continue
             for name in self.keys.matching(record, need):
                 if self.keys.content(self._folder(record) / name) != record.outputs[name]["sha256"]:
@@ -268,6 +275,7 @@ class Run:
             force=force,
             quiet=self.quiet,
             patience_s=self.patience_s,
+            second_cache=self.second_cache,
         )
 
     def _folder(self, record: Record) -> Path:
@@ -275,8 +283,9 @@ class Run:
 
     def _finish(self, node: Node, outcome: Outcome) -> None:
         item = node.item
-        item.state, item.seconds = outcome.state, round(outcome.seconds, 3)
-        item.error, item.trace = outcome.error, outcome.trace
+        item.state, item.seconds, item.pulled = outcome.state, round(outcome.seconds, 3), outcome.pulled
+        item.error, item.trace, item.lost = outcome.error, outcome.trace, outcome.lost
+        node.dropped = frozenset()
         if outcome.record is not None:
             try:
                 self._accept(node, outcome.record)
@@ -286,6 +295,6 @@ class Run:
     def _accept(self, node: Node, record: Record, *, dry: bool = False) -> None:
         node.record, folder = record, self._folder(record)
         node.item.summary = record.summary
-        node.item.artifacts = {name: str(folder / name) for name in record.outputs}
+        node.item.artifacts = {name: str(folder / name) for name in record.outputs if name not in node.dropped}
         if not dry:
             self.workdir.point(record)

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import guarded
+from hrcneuro.cache.disk import guarded, read_file
 from hrcneuro.cache.placed import PlacedStudy, read_id
-from hrcneuro.cache.record import Entry, Record, is_key, read_record
+from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
 from hrcneuro.cache.store import PATIENCE_S, Store
 from hrcneuro.cache.studies import Studies
 from hrcneuro.contract import GROUP, SWEEP
@@ -63,9 +63,9 @@ class Workdir:
             sort_keys=True,
         )
         try:
-            if path.read_text(encoding="utf-8") == text:
+            if read_file(path) == text.encode():
                 return
-        except (OSError, UnicodeDecodeError):
+        except OSError:
             pass
         with guarded(self.results):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -136,6 +136,7 @@ class Workdir:
             names = [*names, *drawn]
         if name not in names:
             raise DataError(f"{stage} of {unit} has no file {name!r}", cure=f"name one of: {', '.join(sorted(names))}")
+        refuse_dropped(folder, stage, unit, name)
         return folder / name
 
     def summary(self, stage: str, unit: str) -> Mapping[str, Any]:
@@ -183,6 +184,19 @@ class Workdir:
             return {}
 
 
+def refuse_dropped(folder: Path, stage: str, unit: str, name: str) -> None:
+    """Refuse a file of an entry that was dropped to save disk.
+
+    Raises:
+        DataError: It was.
+    """
+    if name in dropped(folder):
+        own = "" if unit == GROUP else f" {unit}"
+        raise DataError(
+            f"{name} of {stage} of {unit} was dropped to save disk", cure=f"hrcneuro {stage}{own} makes it again"
+        )
+
+
 def _parsed(path: Path) -> dict[str, Any]:
     """Return what a pointer says; nothing where it cannot be understood.
 
@@ -190,7 +204,7 @@ def _parsed(path: Path) -> dict[str, Any]:
         OSError: It cannot be read.
     """
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(read_file(path))
     except (ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -9,6 +9,7 @@ from typing import Any
 
 from hrcneuro import stages
 from hrcneuro.contract import params
+from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.report.markup import Cell, PageTable
 from hrcneuro.report.results import Results
 
@@ -39,8 +40,9 @@ def changed(settings: Any) -> list[tuple[str, str, str]]:
 
 
 def plain(lines: Iterable[str]) -> list[str]:
-    """Return sentences with the paths of this machine cut to their last part."""
-    return [_PATH.sub(lambda m: re.split(r"[/\\]", m.group())[-1], line) for line in lines]
+    """Return sentences with the paths of this machine cut to their last part, and without its name and user."""
+    cut = (_PATH.sub(lambda m: re.split(r"[/\\]", m.group())[-1], anonymous(line)) for line in lines)
+    return [line.replace("…/", "") for line in cut]
 
 
 def _changed(name: str, theirs: Any, ours: Any) -> list[tuple[str, str, str]]:

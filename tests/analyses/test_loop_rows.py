@@ -125,6 +125,15 @@ def test_a_session_that_was_broken_off_is_as_long_as_it_is():
     assert np.isfinite(curve[1]).tolist() == [True] * 3 + [False] * 5
 
 
+def test_a_step_that_was_never_made_does_not_count():
+    logs = played()
+    lines = list(logs.experiment)
+    last = max(at for at, line in enumerate(lines) if line["kind"] == "move")
+    whole, _ = tables_of(logs)
+    cut, _ = loop_tables(lines[:last] + lines[last + 1 :], logs.decisions, subject="s01", session="a")
+    pd.testing.assert_frame_equal(cut, whole.iloc[:-1])
+
+
 def test_lines_go_through_json_and_what_tells_of_nothing_here_is_passed_over():
     logs = played(3)
     noise = [{"kind": "note", "s": 0, "text": "x"}, {"kind": "move", "practice": True, "block": 1}]

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from hrcneuro.cache.disk import guarded, make_folder, remove, share, size
-from hrcneuro.cache.record import Record
+from hrcneuro.cache import fingerprint
+from hrcneuro.cache.disk import LARGEST, guarded, make_folder, remove, share, size
+from hrcneuro.cache.placed import ID, read_id
+from hrcneuro.cache.record import RECORD, SLIM, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import ConfigError, HrcError
+from hrcneuro.pipeline.workdir import Workdir
 
 NAME = ("erp", "s01", "0123456789abcdef")
 NOBODY = 65534
@@ -51,6 +54,46 @@ def test_an_odd_place_is_named_with_what_is_odd(tmp_path, part, kind):
         with store.lock(*NAME), store.workspace(*NAME):
             pass
     assert "HRCNEURO_CACHE" in caught.value.cure
+
+
+@pytest.mark.parametrize("kind", ["pipe", "endless", "large", "folder"])
+def test_what_is_no_file_or_too_large_is_neither_waited_for_nor_read(tmp_path, kind):
+    """Where the cache keeps files of its own, somebody may have put a pipe, or a link to a device."""
+    store, results = Store(tmp_path / "cache"), tmp_path / "results"
+    parts = {"params": {}}
+    name = ("scale", "s01", fingerprint.key(parts))
+    with store.workspace(*name) as work:
+        (work / "a.txt").write_text("a")
+        store.publish(Record(*name, parts, {}), work)
+    pointer = results / "s01" / "scale.json"
+    pointer.parent.mkdir(parents=True)
+    for path in (store.folder(*name) / RECORD, store.folder(*name) / SLIM, pointer, results / ID, store.root / "memo"):
+        path.unlink(missing_ok=True)
+        {"pipe": os.mkfifo, "endless": lambda p: p.symlink_to("/dev/zero"), "folder": Path.mkdir, "large": too_large}[
+            kind
+        ](path)
+    assert store.lookup(*name, slim=True) is None
+    assert "record.json" in store.diagnose(*name)
+    assert Workdir(tmp_path).pointer("scale", "s01") == ""
+    assert read_id(results) == ""
+    if kind != "large":
+        assert fingerprint.Memo(store.root / "memo").known == {}
+
+
+def too_large(path):
+    path.touch()
+    os.truncate(path, LARGEST + 1)
+
+
+def test_a_folder_in_a_file_s_place_is_named_with_what_to_do(tmp_path):
+    new, taken = tmp_path / "new", tmp_path / "pointer.json"
+    new.write_text("")
+    taken.mkdir()
+    for write in (lambda: new.replace(taken), lambda: taken.write_text("")):
+        words = re.escape(f"{taken} cannot be written: it is a folder")
+        with pytest.raises(ConfigError, match=words) as caught, guarded(tmp_path):
+            write()
+        assert "move that folder away" in caught.value.cure
 
 
 @contextlib.contextmanager

@@ -133,3 +133,16 @@ def test_what_a_terminal_is_too_narrow_for_goes_on_further_in(monkeypatch):
     monkeypatch.setattr(sys, "stdout", Screen())
     Console().results(["12.5 % " * 20])
     assert all(line.strip().endswith("%") for line in sys.stdout.getvalue().splitlines())
+
+
+def test_what_was_sent_to_a_worker_again_is_named_in_the_end_and_what_is_missing_among_the_errors(capsys):
+    late = item("erp", "s01", State.RAN)
+    late.lost = ("its 10 min ran out", "its node failed")
+    gone = item("erp", "s02", State.FAILED)
+    gone.lost, gone.error = ("its node failed",), DataError("erp of s02 is missing: its node failed")
+    others = [item("erp", "s03", State.RAN), item("erp", "s04", State.HIT)]
+    assert Console().finish("erp", [late, gone, *others]) == 3
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == ("note: sent to a worker again, and complete: erp of s01 (its 10 min ran out; its node failed)")
+    assert [line for line in said if "s02" in line] == ["error: erp of s02: erp of s02 is missing: its node failed"]
+    assert plan.sent_again(others) == ""

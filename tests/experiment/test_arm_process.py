@@ -7,6 +7,7 @@ import dataclasses
 import json
 import multiprocessing
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from arm_flow import SYS_EXIT
 from ur10_robot import Served, Stream
 
 from hrcneuro.arms.clock import seconds
@@ -162,8 +164,11 @@ def flow(tmp_path):
         served.end()
 
 
-def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flow, tmp_path):
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGUSR1], ids=["killed", "killed, but for a last thread"])
+def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flow, tmp_path, end):
     """Braked in a controlled stop; what the arm did is kept, and its process ends."""
+    if end == signal.SIGUSR1 and SYS_EXIT is None:
+        pytest.skip(f"how a thread ends is not known here for {platform.machine()}")
     process, arm, served = flow
     for line in process.stdout:
         assert not line.startswith("Halted"), line
@@ -173,13 +178,14 @@ def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flo
     # Velocities of the joints, and the controller's own clock: what it is held up itself does not count.
     while max(map(abs, (packet := stream.newest())[37:43])) < 0.1:
         pass
-    process.kill()
+    process.send_signal(end)
     at_kill = moving = packet[0]
     while packet[0] < at_kill + 1.0:
         packet = stream.packet()
         moving = packet[0] if max(map(abs, packet[37:43])) > 5e-3 else moving
     stream.link.close()
     assert 0.02 < moving + PERIOD - at_kill <= 0.25
+    process.kill()
     until = time.monotonic() + PATIENCE
     while Path(f"/proc/{arm}").exists() and time.monotonic() < until:
         time.sleep(0.02)

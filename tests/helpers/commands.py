@@ -3,6 +3,15 @@
 COMMANDS = [
     *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"], ["calibrate"]),
     *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
-    *(["cache", "ls"], ["cache", "verify"], ["cache", "gc"], ["config", "show"], ["config", "check"]),
+    *(
+        ["cache", "ls"],
+        ["cache", "verify"],
+        ["cache", "gc"],
+        ["cache", "push"],
+        ["cache", "pull"],
+        ["cache", "slim"],
+        ["config", "show"],
+        ["config", "check"],
+    ),
     *(["ur10", "serve"], ["record"], ["amp"], ["timing"], ["experiment"], ["rehearse"], ["online"]),
 ]

@@ -1,6 +1,8 @@
 """Parquet artifacts: what is missing stays missing, enumerations keep the order in which they came."""
 
 import io
+import subprocess
+import sys
 import threading
 from typing import ClassVar
 
@@ -65,3 +67,21 @@ def test_a_table_is_read_by_the_thread_that_asks(tmp_path):
 
     assert len(read_table(Place(path))) == 9
     assert _Watched.readers == {threading.get_ident()}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a limit of the address space")
+def test_a_table_is_read_where_memory_leaves_no_room_for_another_thread(tmp_path):
+    """Arrow waits for ever for a thread of its own that could not be started."""
+    path = tmp_path / "t.parquet"
+    write_table({"kind": ["a"] * 9, "name": ["b"] * 9, "values": np.ones((9, 2))}, path, TABLE)
+    code = (
+        "import os, resource, sys\n"
+        "from pathlib import Path\n"
+        "from hrcneuro.io.tables import read_table\n"
+        "pages = int(Path('/proc/self/statm').read_text().split()[0])\n"
+        "most = pages * os.sysconf('SC_PAGE_SIZE') + 6 * 2**20\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (most, most))\n"
+        "print(len(read_table(Path(sys.argv[1]))))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "9\n"

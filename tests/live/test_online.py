@@ -8,6 +8,7 @@ import pytest
 from online_lab import LABELS, SFREQ, Lab, decoder, learner, moves
 from virtual_streams import Sender
 
+from hrcneuro.cli.onlining import compared
 from hrcneuro.decoding import offline
 from hrcneuro.eeg.causal import State
 from hrcneuro.errors import DataError, HardwareError
@@ -410,6 +411,33 @@ def test_a_replay_gives_the_scores_of_the_live_session_and_of_the_offline_chain_
         assert sum(one is not None for one in expected) == 15
         by_chunk.append([line["score"] for line in lines])
     assert all(scores == by_chunk[0] for scores in by_chunk)
+
+
+def test_a_recording_that_began_after_the_loop_gives_its_scores_from_the_next_block_on(tmp_path):
+    """The live filter had heard more: it goes on from what the log tells of it at the block's beginning."""
+    second = moves(episodes=1, block=2, seed=2, start_s=20.0)
+    lab = Lab(moves(episodes=1) + second, folder=tmp_path / "rec", offset=3.5).run()
+    known = decisions.known(log_of(lab, tmp_path / "log"))
+    ((eeg, marks),) = replaying.read(tmp_path / "rec", lab.options)
+    cut = round(6.0 * SFREQ)  # in the first block
+    late = replace(eeg, stamps=eeg.stamps[cut:], values=eeg.values[cut:])
+    for chunk in CHUNKS:
+        lines = []
+        loops = replaying.replay(
+            [(late, marks)], decoder(), learner(), lab.options, subject="s01", chunk=chunk,
+            publish=lambda text, stamp: None, log=lines.append, known=known,
+        )  # fmt: skip
+        counts = compared(lines, known)
+        assert counts == {"equal": 8, "different": 0, "undecided": 0, "unrecorded": 8, "unknown": 0}
+        assert loops[0].decided == 8
+    # Without what the log tells the filter begins at rest, and forgets that only in time.
+    known.states[:] = [one for one in known.states if one[1] is None]
+    lines = []
+    replaying.replay(
+        [(late, marks)], decoder(), learner(), lab.options, subject="s01", chunk=10,
+        publish=lambda text, stamp: None, log=lines.append, known=known,
+    )  # fmt: skip
+    assert compared(lines, known)["different"] > 0
 
 
 def test_a_replay_learns_not_from_what_was_late_live(tmp_path):

@@ -98,6 +98,14 @@ def test_a_loop_that_is_started_anew_is_heard(network, policies):
     assert policies.policy["N"] == 0.7
 
 
+def test_of_several_that_are_started_anew_none_is_heard(network, policies):
+    network.outlets[:] = [loop(number=8), loop(number=9)]
+    network.wait(3.0)
+    assert policies.look() == "2 closed loops are running: end all but one"
+    del network.outlets[1]
+    assert policies.look() == ""
+
+
 @pytest.mark.parametrize(
     ("others", "said"),
     [([], "no closed loop of s01"), ([loop("s02")], "no closed loop of s01"), ([loop(), loop(number=8)], "2 closed")],

@@ -469,3 +469,70 @@ def test_a_drawing_reads_no_option_that_it_does_not_name(house, workdir):
     )
     items = {i.stage: i for i in bring(settings(), workdir, "a", names=("scale",), pictures=True)}
     assert "has no attribute 'gain'" in items["scale.figures"].error.problem
+
+
+def slim(workdir, items, stage, name):
+    """Drop a file of a stage's entries, and note it, as ``cache slim`` does."""
+    for item in items:
+        if item.stage == stage:
+            folder = workdir.cache.folder(item.stage, item.unit, item.key)
+            (folder / ".slim").write_text(f'["{name}"]')
+            (folder / name).unlink()
+
+
+def test_an_entry_whose_files_were_dropped_is_a_hit_while_nobody_reads_them(house, workdir):
+    first = bring(settings(), workdir)
+    slim(workdir, first, "source", "x.txt")
+    again = bring(settings(), workdir)
+    assert set(states(again).values()) == {"hit"}
+    assert [i.artifacts.keys() for i in again if i.stage == "source"] == [{"log.txt"}] * 2
+    assert [i.summary for i in first] == [i.summary for i in again]
+
+
+def test_what_reads_a_dropped_file_makes_it_again_and_nothing_else(house, workdir):
+    first = bring(settings(), workdir)
+    slim(workdir, first, "source", "x.txt")
+    slim(workdir, first, "scale", "y.txt")
+    foreseen, _ = study(settings(total=2), workdir)
+    assert states(foreseen.plan()) == dict.fromkeys(states(first), "would-run")
+    house.calls.clear()
+    done = bring(settings(total=2), workdir)
+    assert states(done) == dict.fromkeys(states(first), "ran")
+    assert len(house.calls) == 5
+    assert done[0].why == ["dropped to save disk: x.txt"]
+    assert not workdir.cache.quarantined()
+    assert set(states(bring(settings(), workdir)).values()) == {"hit"}
+
+
+def test_a_dropped_file_is_made_again_only_for_the_unit_that_reads_it(house, workdir):
+    first = bring(settings(), workdir)
+    slim(workdir, first, "source", "x.txt")
+    done = bring(settings(scale=2), workdir, "a", names=("scale",))
+    assert states(done) == {"source a": "ran", "scale a": "ran"}
+    after = bring(settings(), workdir)
+    assert set(states(after).values()) == {"hit"}
+    assert {i.unit: sorted(i.artifacts) for i in after if i.stage == "source"} == {
+        "a": ["log.txt", "x.txt"],
+        "b": ["log.txt"],
+    }
+
+
+def test_who_asks_for_a_stage_gets_all_its_files(house, workdir):
+    first = bring(settings(), workdir)
+    slim(workdir, first, "source", "x.txt")
+    found = settings()
+    wanted = graph.targets(found, ("source",), ("a",))
+    run = walk.Run(found, workdir, graph.closure(found, wanted), whole=wanted)
+    assert states(run.plan()) == {"source a": "would-run"}
+    run = walk.Run(found, workdir, graph.closure(found, wanted), whole=wanted)
+    (item,) = run.run(Serial())
+    assert (item.state, sorted(item.artifacts)) == ("ran", ["log.txt", "x.txt"])
+
+
+def test_a_file_that_is_gone_without_a_word_is_a_flaw_also_beside_dropped_ones(house, workdir):
+    first = bring(settings(), workdir)
+    slim(workdir, first, "source", "x.txt")
+    (workdir.cache.folder("source", "a", first[0].key) / "log.txt").unlink()
+    done = bring(settings(), workdir)
+    assert done[0].state == "ran"
+    assert "log.txt is missing" in done[0].why[0]

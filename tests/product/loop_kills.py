@@ -9,25 +9,19 @@ and the session goes on until it is complete, the loop with what it had learned.
 
 from __future__ import annotations
 
-import contextlib
-import json
 import os
 import random
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
-
-import psutil
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 import experiment_lab
 import pyxdf
-from live_lab import COMMAND, Lab
+from closed_lab import PATIENCE, Closed
 
 from hrcneuro.sources import experiments
 
@@ -35,88 +29,9 @@ VICTIMS = ("experiment", "online", "amp", "controller")
 BLOCKS = 8
 CLOSED = ["--set", f"experiment.closed.blocks={BLOCKS}", "--set", "experiment.closed.episodes_per_block=2"]
 QUICK = [*CLOSED, "--set", "experiment.break_s=0.2", "--set", "experiment.pause_s=0.3"]
-ARM = ["--backend", "ursim", "--patient", "--human", "simulated", "--no-screen", "--set", "experiment.truth=true"]
-REST_S, PATIENCE = 0.25, 180.0
+REST_S = 0.25
 BUSY = ("held up", "beside this session ran", "the recorder has lost")
 """What is said where other work on the machine holds up the simulated arm, or the simulated amplifier."""
-
-
-def wait_for(happened: Callable[[], bool]) -> None:
-    """Wait until something has happened."""
-    until = time.monotonic() + PATIENCE
-    while not happened():
-        assert time.monotonic() < until, "it did not come to pass"
-        time.sleep(0.05)
-
-
-class Closed:
-    """A laboratory with a decoder, in which a closed session is under way."""
-
-    def __init__(self, folder: Path) -> None:
-        self.lab = Lab(folder)
-        self.place = folder / "recordings" / "s01" / "closed"
-        self.run("calibrate", "s01", "--no-figures", "-q")
-        self.amp = self.start("amp", "s01", "--sitting", "1")
-        self.recorder = self.start("record", "s01", "--json", "--set", "record.wait_s=60")
-        self.online = self.start("online", "s01", "--json", "--mode", "closed")
-        self.experiment: subprocess.Popen[str] | None = None
-
-    def start(self, *words: str) -> subprocess.Popen[str]:
-        log = (self.lab.folder / f"{words[0]}.txt").open("a")
-        return subprocess.Popen(
-            [*COMMAND, *words], cwd=self.lab.folder, env=self.lab.environment, stdin=subprocess.DEVNULL, stdout=log,
-            stderr=subprocess.STDOUT, text=True, start_new_session=True,
-        )  # fmt: skip
-
-    def run(self, *words: str) -> None:
-        subprocess.run([*COMMAND, *words], cwd=self.lab.folder, env=self.lab.environment, check=True)
-
-    def moves(self) -> int:
-        with contextlib.suppress(OSError, IndexError):
-            return len(experiment_lab.rows_of(self.place))
-        return 0
-
-    def go_on(self) -> None:
-        """Begin the session, or go on with it, and wait for its arm to move."""
-        resume = ["--resume"] if self.place.is_dir() else []
-        wait = ["--set", "experiment.loop_wait_s=60", "--set", "robot.recorder_wait_s=60"]
-        before = self.moves()
-        self.experiment = self.start("experiment", "s01", "--closed", *ARM, *QUICK, *wait, *resume)
-        wait_for(lambda: self.moves() > before + 1 or self.experiment.poll() is not None)
-
-    @property
-    def complete(self) -> bool:
-        with contextlib.suppress(OSError):
-            return experiments.read(self.place / experiments.FILE)[0][-1].get("complete", False)
-        return False
-
-    @property
-    def controller(self) -> tuple[psutil.Process, str]:
-        for one in psutil.Process(self.experiment.pid).children(recursive=True):
-            words = experiment_lab._words(one)
-            if "hrcneuro.ur10" in words:
-                return one, words[words.index("--address") + 1]
-        raise AssertionError("no controller")
-
-    def end(self) -> dict[str, object]:
-        """End amplifier, loop and recorder; return what the recorder said."""
-        for one in (self.experiment, self.online, self.amp):
-            if one.poll() is None:
-                one.send_signal(signal.SIGINT)
-                one.wait(60)
-        self.recorder.send_signal(signal.SIGINT)
-        self.recorder.wait(120)
-        text = (self.lab.folder / "record.txt").read_text()
-        return json.loads(text[text.index("{") :])
-
-    def close(self) -> None:
-        for one in (self.experiment, self.online, self.amp, self.recorder):
-            if one is not None and one.poll() is None:
-                with contextlib.suppress(psutil.Error):
-                    for child in psutil.Process(one.pid).children(recursive=True):
-                        child.kill()
-                one.kill()
-                one.wait()
 
 
 def killed(closed: Closed, whom: str) -> str:
@@ -175,7 +90,7 @@ def main(times: int = 10, seed: int = 0) -> None:
     sessions = trips = 0
     while any(left.values()):
         folder = Path(tempfile.mkdtemp(prefix="hrcneuro-loop-"))
-        closed = Closed(folder)
+        closed = Closed(folder, QUICK)
         try:
             while not closed.complete:
                 closed.go_on()

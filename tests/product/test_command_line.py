@@ -41,6 +41,8 @@ def test_help_lists_every_command(hrcneuro):
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, words):
+    if words in (["cache", "push"], ["cache", "pull"]):
+        pytest.importorskip("fsspec", reason="needs the extra remote")
     # Outside the repository: who installed a wheel has no other files than the program's own.
     done = hrcneuro(*words, "--help")
     assert done.code == 0
@@ -63,7 +65,7 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
         if words == ["ur10", "serve"]:
             # It ends with its standard input, which is closed here; the address is one that no other test uses.
             given += ["--until-stdin-closes", "--address", f"127.{1 + os.getpid() % 250}.0.2"]
-        if words == ["cache", "gc"] and "--dry-run" not in arguments:
+        if words in (["cache", "gc"], ["cache", "slim"]) and "--dry-run" not in arguments:
             given.append("--dry-run")
         if "--workdir" not in arguments:
             given += ["--workdir", str(work)]
@@ -75,6 +77,8 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
             (tmp_path / "lsl_api.cfg").write_text(f"[lab]\nSessionID = {tmp_path.name}\n[log]\nlevel = -3\n")
             env = {"LSLAPICFG": str(tmp_path / "lsl_api.cfg")}
             given += ["--seconds", "0.5"] if words == ["amp"] else ["--set", "record.wait_s=1"]
+        if words == ["cache", "pull"]:
+            assert hrcneuro("cache", "push", "bucket", "--workdir", smoke, cwd=tmp_path).code == 0
         again = hrcneuro(*arguments, *given, cwd=tmp_path, env=env)
         assert again.code in LIVE.get(words[0], (0,)), f"{example}: {again.err}"
 

@@ -48,7 +48,10 @@ def test_a_replay_finds_the_log_of_its_session_and_says_whether_scores_are_equal
     lab, session = recorded
     words = ("--decoder", "made", "--replay", "recordings/s01/one", "--mode", "closed")
     code, answer, said = ran(lab, *words, "--chunk", "1000")
-    assert (code, answer["against_log"]) == (0, {"equal": 8, "different": 0, "undecided": 0, "unknown": 0}), said
+    assert (code, answer["against_log"]) == (
+        0,
+        {"equal": 8, "different": 0, "undecided": 0, "unrecorded": 0, "unknown": 0},
+    ), said
     assert answer["learned"] == session.learner.policy()
     assert answer["causes"] == {"last": 1}
     # Another score in the log is found.

@@ -185,7 +185,7 @@ def test_gc_refuses_while_results_cannot_be_read(shared, tmp_path, leads_to):
 
 @pytest.mark.parametrize("seed", [11])
 def test_in_any_order_of_runs_gc_kill_and_copies_nobody_loses_an_entry(tmp_path, seed):
-    """A few of the schedules of ``share_many.py``."""
+    """A few of the schedules of ``tests/chaos/shared.py``."""
     sharers = Sharers(tmp_path, random.Random(seed))
     for _ in range(4):
         sharers.step()

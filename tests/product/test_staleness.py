@@ -236,7 +236,7 @@ def python(code, *arguments):
 
 
 def test_workers_and_the_order_of_subjects_change_no_byte_and_no_key(hrcneuro, tiny):
-    """The smoke study shows the same for every stage and picture where time permits: see kill_many.py."""
+    """The smoke study shows the same for every stage and picture where time permits: see tests/chaos."""
     (tiny / "pictures.toml").write_text('config = "tiny.toml"\nstages = ["preprocess"]\nreport = false\n')
     found = {}
     for name, subjects, jobs in (("one", '["s01", "s02"]', 1), ("two", '["s02", "s01"]', 2)):

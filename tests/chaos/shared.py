@@ -1,4 +1,4 @@
-"""Let studies share a cache in many random ways: ``python tests/product/share_many.py [SCHEDULES] [SEED] [STEPS]``.
+"""Let studies share a cache in many random ways: ``python tests/chaos/shared.py [SCHEDULES] [SEED] [STEPS]``.
 
 Runs, forced runs and gc, alone and at once, kill -9 of any of them, copies and moves of studies. After each step every
 entry that a study's results point at must be there and verify.

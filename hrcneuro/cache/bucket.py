@@ -1,0 +1,276 @@
+"""A second cache at a URL, through fsspec: ``records/STAGE/UNIT/KEY.json`` and ``files/AB/SHA256``.
+
+A file lies under the hash of its content, and a record appears once its files are there. So two who push at once write
+the same bytes under the same name, a push that was broken off goes on, and a record never tells of another's files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from hrcneuro.cache.disk import LARGEST, flush
+from hrcneuro.cache.record import Entry, is_entry
+from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
+
+PROTOCOLS = ("file", "memory", "s3", "sftp", "ssh")
+_NEEDS = {"s3": "s3fs", "sftp": "paramiko", "ssh": "paramiko"}
+# There a file is whole as soon as it is there; elsewhere it is written beside its place and renamed.
+_WHOLE = ("memory", "s3")
+_CHUNK = 2**20
+_SUFFIX = ".json"
+
+
+class Bucket:
+    """A second cache; every thread has a connection of its own.
+
+    Args:
+        url: ``s3://…``, ``ssh://…``, ``sftp://…``, ``file://…`` or a folder.
+
+    Raises:
+        ConfigError: The URL is of no kind that can be used, or the extra ``remote`` is not installed.
+    """
+
+    def __init__(self, url: str) -> None:
+        # As it is: fsspec takes no %20 for a blank.
+        self.url = url if "://" in url else f"file://{Path(url).expanduser().absolute()}"
+        self.protocol = self.url.partition("://")[0]
+        self._own = threading.local()
+        _check(self.url, self.protocol)
+
+    def __str__(self) -> str:
+        return shown(self.url)
+
+    def records(self) -> tuple[dict[Entry, int], list[str]]:
+        """Return the entries that have a record with its size in bytes, and names there that can be of none.
+
+        Raises:
+            HrcError: The bucket cannot be read.
+        """
+        with self._told(self.url):
+            fs, root = self._fs()
+            base = f"{root}/records"
+            # Folders may be links, which lead anywhere and in circles; an object store has none.
+            depth = {} if self.protocol == "s3" else {"maxdepth": 4}
+            found = fs.find(base, detail=True, **depth)
+        entries, odd = {}, []
+        for path, about in found.items():
+            name = path[path.index(base) + len(base) + 1 :] if base in path else path
+            entry = _entry_of(name)
+            if entry is None or not _is_file(about):
+                odd.append(name)
+            else:
+                entries[entry] = int(about["size"])
+        return dict(sorted(entries.items())), sorted(odd)
+
+    def read_record(self, entry: Entry) -> bytes | None:
+        """Return an entry's record as it is there, or None where there is none.
+
+        Raises:
+            DataError: It is no file, or larger than any record.
+            HrcError: The bucket cannot be read.
+        """
+        path = self._record(entry)
+        about = self._about(path)
+        if about is None:
+            return None
+        self._refuse(path, about, most=LARGEST)
+        return b"".join(self._chunks(path, LARGEST))
+
+    def has(self, sha256: str, size: int) -> bool:
+        """Return whether a file of this hash and size is there; its content is not looked at.
+
+        Raises:
+            HrcError: The bucket cannot be read.
+        """
+        about = self._about(self._file(sha256))
+        return about is not None and _is_file(about) and about["size"] == size
+
+    def chunks(self, sha256: str, size: int) -> Iterator[bytes]:
+        """Yield the bytes of a file, never more than ``size`` of them.
+
+        Raises:
+            DataError: It is not there, no file, or of another size.
+            HrcError: The bucket cannot be read.
+        """
+        path = self._file(sha256)
+        about = self._about(path)
+        if about is None:
+            raise DataError(f"{self}/{path} is missing", cure=_AGAIN)
+        self._refuse(path, about, exactly=size)
+        yield from self._chunks(path, size)
+
+    def put_file(self, source: Path, sha256: str) -> None:
+        """Write a file under the hash of its content.
+
+        Raises:
+            HrcError: The bucket cannot be written.
+        """
+        self._put(self._file(sha256), lambda fs, path: fs.put_file(str(source), path))
+
+    def put_record(self, entry: Entry, data: bytes) -> None:
+        """Write the record of an entry, of which all files are there.
+
+        Raises:
+            HrcError: The bucket cannot be written.
+        """
+        self._put(self._record(entry), lambda fs, path: fs.pipe_file(path, data))
+
+    def _put(self, name: str, write: Callable[[Any, str], Any]) -> None:
+        with self._told(f"{self.url}/{name}"):
+            fs, root = self._fs()
+            place = f"{root}/{name}"
+            if self.protocol in _WHOLE:
+                write(fs, place)
+                return
+            part = f"{root}/.part/{secrets.token_hex(8)}"
+            for path in (place, part):
+                _make_folder(fs, path.rpartition("/")[0])
+            write(fs, part)
+            if self.protocol == "file":
+                flush(Path(part))
+            fs.mv(part, place)
+
+    def _about(self, name: str) -> dict[str, Any] | None:
+        with self._told(f"{self.url}/{name}"):
+            fs, root = self._fs()
+            try:
+                return fs.info(f"{root}/{name}")
+            except FileNotFoundError:
+                return None
+
+    def _chunks(self, name: str, most: int) -> Iterator[bytes]:
+        with self._told(f"{self.url}/{name}"):
+            fs, root = self._fs()
+            with fs.open(f"{root}/{name}", "rb", block_size=8 * _CHUNK) as file:
+                while most > 0 and (data := file.read(min(_CHUNK, most))):
+                    most -= len(data)
+                    yield data
+
+    def _refuse(self, name: str, about: dict[str, Any], *, exactly: int | None = None, most: int | None = None) -> None:
+        size = about.get("size")
+        if not _is_file(about):
+            raise DataError(f"{self}/{name} is no file but a link, a folder or a device", cure=_AGAIN)
+        if exactly is not None and size != exactly:
+            raise DataError(f"{self}/{name} has {size} bytes instead of {exactly}", cure=_AGAIN)
+        if most is not None and (not isinstance(size, int) or size > most):
+            raise DataError(f"{self}/{name} has {size} bytes; allowed: {most}", cure=_AGAIN)
+
+    @staticmethod
+    def _record(entry: Entry) -> str:
+        return "records/" + "/".join(entry) + _SUFFIX
+
+    @staticmethod
+    def _file(sha256: str) -> str:
+        return f"files/{sha256[:2]}/{sha256}"
+
+    def _fs(self) -> tuple[Any, str]:
+        """Return this thread's file system, and the bucket's place in it."""
+        if not hasattr(self._own, "place"):
+            from fsspec.core import url_to_fs
+
+            options: dict[str, Any] = {}
+            if self.protocol == "s3":
+                options = {"use_listings_cache": False}
+            if self.protocol in ("sftp", "ssh"):
+                options = {"host_key_policy": _known_hosts()}
+            fs, root = url_to_fs(self.url, **options)
+            self._own.place = (fs, root.rstrip("/"))
+        return self._own.place
+
+    @contextlib.contextmanager
+    def _told(self, place: str) -> Iterator[None]:
+        """Turn what a file system or a network says into an error with a cure, without the URL's password."""
+        try:
+            yield
+        except (HrcError, KeyboardInterrupt, GeneratorExit):
+            raise
+        except ImportError as error:
+            raise _absent(self.protocol) from error
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}".replace(urlsplit(self.url).netloc, urlsplit(str(self)).netloc)
+            raise StageError(
+                f"{shown(place)} failed: {said}",
+                cure="check the address, the network and your rights there; the same command goes on from here",
+            ) from error
+
+
+_AGAIN = "push it anew from a machine whose cache is sound: hrcneuro cache push URL --force"
+
+
+def shown(url: str) -> str:
+    """Return a URL without the user and the password in it."""
+    head, mark, rest = url.partition("://")
+    if not mark:
+        return url
+    place, slash, path = rest.partition("/")
+    return f"{head}://{place.rpartition('@')[2]}{slash}{path}"
+
+
+def _check(url: str, protocol: str) -> None:
+    if protocol not in PROTOCOLS or "::" in url:
+        raise ConfigError(
+            f"{shown(url)!r} is no place for a cache that can be used{did_you_mean(protocol, PROTOCOLS)}; "
+            f"allowed: {', '.join(f'{name}://' for name in PROTOCOLS)} and a folder",
+            cure="such as s3://BUCKET/FOLDER, ssh://HOST/FOLDER or /mnt/shared/cache",
+        )
+    import importlib.util
+
+    for name in ("fsspec", *([_NEEDS[protocol]] if protocol in _NEEDS else [])):
+        if importlib.util.find_spec(name) is None:
+            raise _absent(protocol)
+
+
+def _absent(protocol: str) -> ConfigError:
+    return ConfigError(
+        f"{protocol}:// needs {' and '.join(['fsspec', *([_NEEDS[protocol]] if protocol in _NEEDS else [])])}, "
+        "which is not installed",
+        cure="pip install 'hrcneuro[remote]'",
+    )
+
+
+def _entry_of(name: str) -> Entry | None:
+    """Return the entry that a record's name stands for, or None where it stands for none."""
+    parts = name.removesuffix(_SUFFIX).split("/")
+    if not name.endswith(_SUFFIX) or len(parts) != 3 or not is_entry((parts[0], parts[1], parts[2])):
+        return None
+    return parts[0], parts[1], parts[2]
+
+
+def _is_file(about: dict[str, Any]) -> bool:
+    return about.get("type") == "file" and not about.get("islink", False)
+
+
+def _make_folder(fs: Any, folder: str) -> None:
+    # Over SSH, of two who make a folder at once one hears of a failure: then it is there, and the next one is tried.
+    for left in reversed(range(folder.count("/") + 1)):
+        try:
+            fs.makedirs(folder, exist_ok=True)
+            return
+        except OSError:
+            if fs.isdir(folder):
+                return
+            if not left:
+                raise
+
+
+def _known_hosts() -> Any:
+    """Return the rule that a machine is talked to where ``~/.ssh/known_hosts`` has its key, and no other."""
+    import paramiko
+
+    class KnownHosts(paramiko.MissingHostKeyPolicy):
+        def missing_host_key(self, client: Any, hostname: str, key: Any) -> None:
+            path = Path("~/.ssh/known_hosts").expanduser()
+            if not (os.path.exists(path) and paramiko.HostKeys(str(path)).check(hostname, key)):
+                raise ConfigError(
+                    f"{path} does not have the {key.get_name()} key that {hostname} shows",
+                    cure=f"compare it with that of its administrator: 'ssh {hostname}' shows it and notes it",
+                )
+
+    return KnownHosts()

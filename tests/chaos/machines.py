@@ -1,0 +1,102 @@
+"""Machines that share one cache and race: ``python tests/chaos/machines.py [TRIALS] [SEED]``.
+
+Each machine is a namespace of its own: another host name, process numbers that others have, too, and the cache under
+another path. The cache has locks, refuses them (as NFS without its lock daemon), or gives them to everybody (as some
+that only seem to lock). In every second trial a machine is killed. All must end complete, with the bytes of one alone.
+"""
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+
+from study import COMMAND, RUN, around, complete, fresh, reference  # first: it makes the helpers importable
+from table import Fault, Lost, tell
+
+LOCKS = {
+    "locks that work": "",
+    "no locks (ENOLCK)": "import fcntl, os, errno\ndef f(*_): raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))\n",
+    "locks that do nothing": "import fcntl\ndef f(*_): return None\n",
+}
+_APART = ("unshare", "--uts", "--pid", "--fork", "--kill-child", "--mount", "--mount-proc", "sh", "-c")
+_SCRIPT = 'hostname "$1"; mount --bind "$2" "$3"; shift 3; exec "$@"'
+
+
+def main(trials=6, seed=0):
+    """Return 0 where nothing was lost."""
+    base, draw = fresh("machines"), random.Random(seed)
+    try:
+        if subprocess.run([*_APART, "true"], capture_output=True, check=False).returncode:
+            return tell([Fault("machines that race").skip("namespaces need root")])
+        wanted = reference(base)
+        faults = []
+        for name, patch in LOCKS.items():
+            fault = Fault(f"two machines race, {name}")
+            faults.append(fault)
+            for number in range(trials):
+                with fault.trial(f"trial {number + 1}"):
+                    _race(base / f"trial{len(faults)}-{number}", base, wanted, patch, draw, killed=number % 2)
+        return tell(faults)
+    finally:
+        shutil.rmtree(base, ignore_errors=True)
+
+
+def _race(place, base, wanted, patch, draw, *, killed):
+    shared, site = place / "shared", place / "site"
+    for folder in (shared, site, *(place / f"node{n}" / "cache" for n in range(2))):
+        folder.mkdir(parents=True)
+    if patch:
+        (site / "sitecustomize.py").write_text(f"{patch}fcntl.flock = f\n")
+    # The second begins where the first is, or a little later.
+    runs = []
+    for n in range(2):
+        runs.append(_start(place, base, n, site))
+        time.sleep(draw.choice((0.0, 0.0, 0.5)))
+    if killed:
+        time.sleep(draw.uniform(1.5, 6.0))
+        os.killpg(runs[0].pid, 9)
+    for n, run in enumerate(runs):
+        _, err = run.communicate(timeout=300)
+        if killed and n == 0:
+            continue
+        if run.returncode != 0:
+            raise Lost(f"machine {n} ends with {run.returncode}: {err[-500:]}")
+    _whole(place, shared, wanted, range(killed, 2))
+    if killed:
+        again = _start(place, base, 0, site)
+        _, err = again.communicate(timeout=300)
+        if again.returncode != 0:
+            raise Lost(f"the killed machine, begun again, ends with {again.returncode}: {err[-500:]}")
+        _whole(place, shared, wanted, range(2))
+    shutil.rmtree(place)
+
+
+def _start(place, base, n, site):
+    node = place / f"node{n}"
+    environment = around({"HRCNEURO_LOCK_WAIT": "2.5"})
+    environment["PYTHONPATH"] = f"{site}{os.pathsep}{environment['PYTHONPATH']}"
+    machine = [*_APART, _SCRIPT, "sh", f"node{n}", place / "shared", node / "cache"]
+    words = [*COMMAND, *RUN, "--workdir", node, "-q", "-j", "2", "--executor", ("processes", "serial")[n]]
+    return subprocess.Popen(
+        [*map(str, machine), *map(str, words)], cwd=base, env=environment, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def _whole(place, shared, wanted, machines):
+    """Hold the cache, seen from each machine, to what one machine alone makes."""
+    for n in machines:
+        seen = place / f"node{n}" / "cache"
+        seen.rmdir()
+        seen.symlink_to(shared)
+        try:
+            complete(place / f"node{n}", wanted)
+        finally:
+            seen.unlink()
+            seen.mkdir()
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:])))
