@@ -7,6 +7,7 @@ columns: BIDS specification 1.10, "Electroencephalography" and "Task events".
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -60,6 +61,11 @@ def read(files: Mapping[str, Path], options: Source) -> Recording:
         recordings.append(one)
         names.append(path.name)
     joined = join(recordings, names)
+    if joined.markers.empty:
+        tables = ", ".join(path.name for label, path in files.items() if re.fullmatch(r"events( \d+)?", label))
+        raise DataError(
+            f"{tables} holds no events that have an onset and a name", cure="write the events there, a row each"
+        )
     joined.reference = _reference(files)
     return joined
 

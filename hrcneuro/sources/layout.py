@@ -177,6 +177,8 @@ def recordings(files: dict[str, Path]) -> list[Path]:
 
 def _instead(path: Path, subject: str) -> str:
     """Return what to write for a folder: the recordings of the subject that lie in it."""
+    if path.suffix.lower() == ".mff":
+        return "export it from Net Station as simple binary (.raw), or save it as FIF with mne.io.read_raw_egi"
     if path.is_dir() and any(path.glob("sub-*")) and (path / "dataset_description.json").is_file():
         return f"it is a BIDS data set: acquire.source = 'bids', acquire.path = {str(path)!r}"
     if path.is_dir():

@@ -227,8 +227,9 @@ def save_curry(
     *,
     rate: int = 100,
     unit: str = "uV",
+    remarks: Sequence[str] = (),
 ) -> Path:
-    """Write a recording of Curry 8: ``.cdt``, ``.cdt.dpa`` and ``.cdt.ceo``."""
+    """Write a recording of Curry 8: ``.cdt``, ``.cdt.dpa`` and ``.cdt.ceo``; ``remarks`` are its events' words."""
     n, samples = data.shape
     numbers = {"NumSamples": samples, "NumChannels": n, "NumTrials": 1, "SampleFreqHz": rate, "TriggerOffsetUsec": 0}
     more = {"SampleTimeUsec": 1e6 / rate, "StartYear": 2020, "StartMonth": 1, "StartDay": 2, "StartHour": 3}
@@ -247,8 +248,8 @@ def save_curry(
     path.with_suffix(".cdt.dpa").write_text(text)
     if events:
         rows = "".join(f"{at} 0 {code} 0 {at} {at} 0 0 0 0 0\n" for at, code in events)
-        remarks = "".join(f"event {code}\n" for _, code in events)
-        text = _list("NUMBER_LIST", rows) + _list("REMARK_LIST", remarks)
+        words = "".join(f"{one}\n" for one in remarks or [f"event {code}" for _, code in events])
+        text = _list("NUMBER_LIST", rows) + _list("REMARK_LIST", words)
         path.with_suffix(".cdt.ceo").write_text(text)
     path.write_bytes(data.T.astype("<f4").tobytes())
     return path

@@ -147,6 +147,18 @@ def test_curry_s_files_belong_together(tmp_path):
         read_recording(path)
 
 
+def test_each_event_of_curry_has_its_own_words(tmp_path):
+    path = save_curry(tmp_path / "c.cdt", UV, NAMES, [(300, 1), (50, 1)], remarks=["late", "early"])
+    assert read_recording(path).markers.to_numpy().tolist() == [[0.5, "early"], [3.0, "late"]]
+
+
+def test_a_folder_of_egi_is_answered_with_the_ways_out(tmp_path):
+    (tmp_path / "x.mff").mkdir()
+    with pytest.raises(ConfigError, match=r"x\.mff is a folder") as caught:
+        recording_files(str(tmp_path / "x.mff"), "p1")
+    assert "simple binary" in caught.value.cure
+
+
 def test_a_data_file_of_brainvision_is_answered_with_its_header(tmp_path):
     (tmp_path / "x.dat").write_bytes(b"\0" * 100)
     (tmp_path / "x.vhdr").write_text("Brain Vision Data Exchange Header File Version 1.0\n")

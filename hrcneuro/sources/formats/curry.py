@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hrcneuro.errors import DataError
 from hrcneuro.sources.channels import VOLTS
-from hrcneuro.sources.formats.curry_names import parameter_file
+from hrcneuro.sources.formats.curry_names import beside, parameter_file
 from hrcneuro.sources.formats.extras import needed
 from hrcneuro.sources.formats.reading import complaints, marks_of, read_raw, sort_marks
 from hrcneuro.sources.recording import Recording
@@ -31,21 +31,45 @@ def read(path: Path) -> Recording:
         recording = read_raw(
             path,
             lambda: mne.io.read_raw_curry(path, preload=False, verbose="warning"),
-            finish=_finish,
+            finish=lambda raw, recording: _finish(raw, recording, path),
             dealt_with=("no event annotations found",),
         )
     recording.notes += [f"{path.name}: {text}" for text in dict.fromkeys(said)]
     return recording
 
 
-def _finish(raw: mne.io.BaseRaw, recording: Recording) -> None:
+def _finish(raw: mne.io.BaseRaw, recording: Recording, path: Path) -> None:
     """Scale channels in units that MNE takes for volts (mV, nV), and place the marks."""
     for i, unit in enumerate(recording.units):
         known = voltage_unit(unit)
         if known and known not in _OF_MNE:
             recording.data[i] *= VOLTS[known]
             recording.units[i] = known
-    sort_marks(recording, marks_of(raw))
+    marks, remarks = marks_of(raw), _remarks(path)
+    if len(remarks) == len(marks):
+        # MNE gives all events of a type the words of the first.
+        marks = [(at, lasts, own or text) for (at, lasts, text), own in zip(marks, remarks, strict=True)]
+    sort_marks(recording, marks)
+
+
+def _remarks(path: Path) -> list[str]:
+    """Return what the file of events says of each, in order of time; none where there is no such file."""
+    files = beside(path)
+    for label in ("cef", "ceo"):
+        if label in files:
+            text = files[label].read_text(encoding="utf-8", errors="replace")
+            found = [
+                re.search(rf"{name} START_LIST[^\n]*\n(.*?){name} END_LIST", text, re.DOTALL)
+                for name in ("NUMBER_LIST", "REMARK_LIST")
+            ]
+            rows, words = (one[1].strip("\n").splitlines() if one else [] for one in found)
+            if len(rows) == len(words):
+                return [word.strip() for _, word in sorted(zip(rows, words, strict=True), key=_sample)]
+    return []
+
+
+def _sample(event: tuple[str, str]) -> int:
+    return int(event[0].split()[0])
 
 
 def _check(path: Path) -> None:

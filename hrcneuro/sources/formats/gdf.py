@@ -59,13 +59,12 @@ def _finish(raw: mne.io.BaseRaw, recording: Recording, header: Header, path: Pat
 
 def _units(raw: mne.io.BaseRaw, recording: Recording, header: Header) -> None:
     """Scale voltages that MNE takes for volts though the header says mV (1.x) or nV, and keep the word of the rest."""
-    of_mne = {1.0: 1.0, 1e-3: 1e-3, 1e-6: 1e-6}
     for row, name in enumerate(recording.ch_names):
         signal = raw.ch_names.index(name)
         unit = header.units[signal]
         known = voltage_unit(unit) if unit else None
         recording.units[row] = known or unit or "V"
-        done = of_mne.get(_scale_of_mne(header, unit), 1.0)
+        done = _scale_of_mne(header, unit)
         if known and VOLTS[known] != done:
             recording.data[row] *= VOLTS[known] / done
 
