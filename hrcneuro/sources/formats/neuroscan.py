@@ -33,6 +33,7 @@ _LARGE = 2_000_000_000  # bytes; the table's place is not to be trusted above
 class _Layout:
     channels: int
     bytes: int
+    stated: bool
     breaks: tuple[tuple[int, str], ...]
     """First sample of each new segment, and why."""
 
@@ -57,6 +58,8 @@ def _finish(raw: mne.io.BaseRaw, recording: Recording, layout: _Layout) -> None:
     if 2 * len(known) >= len(recording.ch_names):
         # The header has places on a flat drawing, from which MNE guesses a sphere; names tell more.
         recording.montage = None
+    if not layout.stated:
+        recording.notes.append("how wide samples are is stated nowhere: taken for 16 bits, as older amplifiers write")
     marks = marks_of(raw)
     samples, sfreq = recording.data.shape[1], recording.sfreq
     for at, why in layout.breaks:
@@ -84,17 +87,21 @@ def _layout(path: Path) -> _Layout:
                 f"{path.name} announces its table of events at byte {table}, it has {size} bytes: it is truncated",
                 cure="copy or download the file again",
             )
-        wide = _width(file, (table - start) / max(channels, 1), samples, later if 0 < later < size else 0)
+        wide, stated = _width(file, (table - start) / channels, samples, later if 0 < later < size else 0)
         file.seek(table if size < _LARGE else start + samples * channels * wide)
-        return _Layout(channels, wide, _breaks(file.read(_TABLE), file.read(), start, channels, wide))
+        return _Layout(channels, wide, stated, _breaks(file.read(_TABLE), file.read(), start, channels, wide))
 
 
-def _width(file: BinaryIO, each: float, samples: int, later: int) -> int:
-    """Return the bytes of a sample: by the header's count of samples, else by the file that follows in it."""
+def _width(file: BinaryIO, each: float, samples: int, later: int) -> tuple[int, bool]:
+    """Return the bytes of a sample, and whether the file states them.
+
+    It does by the count of samples in its header, else by the file that follows in it.
+    """
     if samples > 0 and each / samples in (2, 4):
-        return int(each / samples)
+        return int(each / samples), True
     file.seek(later + _WIDE_AT)
-    return 4 if later and file.read(1) == b"\1" else 2
+    word = file.read(1) if later else b""
+    return (4 if word == b"\1" else 2), word in (b"\0", b"\1")
 
 
 def _breaks(head: bytes, rows: bytes, start: int, channels: int, wide: int) -> tuple[tuple[int, str], ...]:
