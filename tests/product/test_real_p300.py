@@ -1,6 +1,7 @@
 """A known effect in other people's recordings: found where and when it must be, and not by chance."""
 
 import importlib.util
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ pytestmark = pytest.mark.skipif(not RECORDINGS.is_dir(), reason="other people's 
 
 spec = importlib.util.spec_from_file_location("real_p300", ROOT / "benchmarks" / "real_p300.py")
 real = importlib.util.module_from_spec(spec)
+sys.modules["real_p300"] = real  # where dataclasses look for the module that they are in
 spec.loader.exec_module(real)
 QUICK = ("--set", "decode.repeats=1", "--set", "decode.permutations=99", "--set", "decode.decoders=['rlda']")
 
