@@ -86,6 +86,15 @@ TABLES = {
             for name in ("sessions", "subjects", "trials", "guesses", "predicted", "design", "partners")
         },
     },
+    "rerp": {
+        "sNN/rerp.parquet": "hrcneuro.tables.rerp:RERP",
+        "sNN/predictors.parquet": "hrcneuro.tables.rerp:PREDICTORS",
+        "sNN/parts.parquet": "hrcneuro.tables.rerp:PARTS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/rerp_stats.parquet": "hrcneuro.tables.rerp:RERP_STATS",
+        "group/rerp_parts.parquet": "hrcneuro.tables.rerp:RERP_PARTS",
+        "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+    },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
         "sNN/telemetry.parquet": "hrcneuro.tables.robot:TELEMETRY",

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, robots, words
+from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, regression, robots, words
 from hrcneuro.contract import EVIDENCE, GROUP, SWEEP
 
 Summary = Mapping[str, Any]
@@ -28,6 +28,8 @@ _GROUP: Mapping[str, Callable[[Summary], list[str]]] = {"decode": decoding.group
 _LONG: Mapping[tuple[str, bool], Callable[[Summary, bool], list[str]]] = {
     **{(stage, False): brain.subject for stage in ("erp", "ersp")},
     **{(stage, True): brain.group for stage in ("erp", "ersp")},
+    ("rerp", False): regression.subject,
+    ("rerp", True): regression.group,
     ("simulate", True): robots.simulate,
 }
 _TOGETHER: Mapping[str, Callable[[Mapping[str, Summary]], list[str]]] = {
