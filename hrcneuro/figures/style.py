@@ -9,6 +9,8 @@ from typing import Any
 
 from matplotlib import rc_context, rcParamsDefault
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
@@ -46,13 +48,18 @@ CONTINUATION = "#6e6e6e"
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG and, beside it, a PDF whose bytes depend on the picture alone: no date, no version of a tool."""
     with rc_context(STYLE):
-        # Packed less tightly: a twentieth larger, a fifth sooner.
-        figure.savefig(path, dpi=DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
-        # The parts stand where the PNG has put them; placing them anew would take as long as drawing.
+        # By the canvases themselves: ``savefig`` draws each file once more beforehand, for the parts to find their
+        # places, which needs their sizes only; and where the PNG has put them the PDF leaves them.
+        figure.dpi = DPI
+        canvas = FigureCanvasAgg(figure)
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)
         figure.set_layout_engine("none")
+        # Packed less tightly: a twentieth larger, a fifth sooner.
+        canvas.print_png(path, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
         nothing = {"CreationDate": None, "Creator": None, "Producer": None}
-        # The resolution is that of what a PDF holds as pixels.
-        figure.savefig(path.with_suffix(".pdf"), dpi=DPI, metadata=nothing)
+        # The figure's resolution is that of what a PDF holds as pixels.
+        FigureCanvasPdf(figure).print_pdf(path.with_suffix(".pdf"), metadata=nothing)
 
 
 def colours(names: Sequence[str]) -> dict[str, str]:

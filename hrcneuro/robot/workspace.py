@@ -262,6 +262,6 @@ def pose(position: np.ndarray | tuple[float, ...]) -> np.ndarray:
 def refine(q: np.ndarray, targets: np.ndarray, *, tool: float) -> np.ndarray:
     """Return configurations (..., 6), three Newton steps from good guesses ``q`` towards ``targets`` (..., 4, 4)."""
     for _ in range(3):
-        error = kinematics.pose_error(targets, kinematics.forward(q, tool=tool))
-        q = q + np.linalg.solve(kinematics.jacobian(q, tool=tool), error[..., None])[..., 0]
+        at, jacobian = kinematics.pose_and_jacobian(q, tool=tool)
+        q = q + np.linalg.solve(jacobian, kinematics.pose_error(targets, at)[..., None])[..., 0]
     return q
