@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import logging
 import os
 import platform
@@ -27,6 +28,10 @@ from hrcneuro.pipeline import second_cache
 from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
+
+# Of glibc's malloc.h: no block is a mapping of its own, and the heap is not cut short below its last block.
+_M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
+_NEVER = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
     place = (job.task.name, job.task.unit, job.key)
+    keep_memory()
     call, libraries = work_of(job.task)
     with store.workspace(*place) as work, _overhear() as overheard:
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
@@ -179,6 +185,23 @@ def _peak_rss_mb() -> int:
     import resource
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+
+@functools.cache
+def keep_memory() -> bool:
+    """Let this process keep the memory that it frees for what it asks for next; return whether the C library can.
+
+    Stages need a gigabyte one after the other, and arrays of some megabytes come and go within them. As it stands,
+    glibc gives each back to the system and takes the next one page by page, cleared: on a virtual machine whose host
+    takes free pages away meanwhile, 2.5 s a gigabyte. The peak, which is what a worker is given, stays as it is.
+    """
+    import ctypes
+
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):
+        return False
+    return bool(mallopt(_M_MMAP_MAX, 0) and mallopt(_M_TRIM_THRESHOLD, _NEVER))
 
 
 def one_thread() -> None:
