@@ -89,8 +89,8 @@ def test_a_table_is_read_where_memory_leaves_no_room_for_another_thread(tmp_path
 
 def test_only_what_recurs_is_written_by_a_dictionary(tmp_path):
     """A dictionary of measured values takes longer than all else, and the file grows by it."""
-    table = Table(1, "", {"kind": Column("category", "", ""), "n": Column("int", "", ""), "x": Column("float32", "", ""),
-                          "wave": Column("float[]", "", "")})  # fmt: skip
+    types = {"kind": "category", "n": "int", "x": "float32", "wave": "float[]"}
+    table = Table(1, "", {name: Column(one, "", "") for name, one in types.items()})
     data = {"kind": ["a", "b"], "n": [1, 2], "x": [0.5, 0.25], "wave": np.ones((2, 3))}
     write_table(data, tmp_path / "t.parquet", table)
     columns = pq.ParquetFile(tmp_path / "t.parquet").metadata.row_group(0)
