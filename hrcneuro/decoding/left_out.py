@@ -39,7 +39,7 @@ class LeftOut:
 
         Args:
             labels: ndarray, shape (n_trials,), true for class 2.
-            splits: The folds.
+            splits: The folds; no held-out trial is in their training set.
         """
         return [
             self._scores(labels, split) if self._is_cheaper(labels, split.train) else self._plain(labels, split)
