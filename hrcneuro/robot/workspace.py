@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -76,6 +77,7 @@ class Workspace:
                 f"keep-inside box reaches from {cell.floor} to {cell.ceiling} m",
             )
         self.reach = self._solve()
+        self._peaks: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}  # of moves that were asked for
 
     def position(self, row: int, col: int) -> Position:
         """Return the tip's position over the centre of a tile."""
@@ -188,6 +190,14 @@ class Workspace:
             starts: Tiles (row, column), shape (moves, 2).
             ends: The same for the ends.
         """
+        ways = [(int(r), int(c), int(row), int(col)) for (r, c), (row, col) in zip(starts, ends, strict=True)]
+        if new := [way for way in dict.fromkeys(ways) if way not in self._peaks]:
+            tiles = np.array(new)
+            self._peaks |= dict(zip(new, zip(*self._peaks_of(tiles[:, :2], tiles[:, 2:]), strict=True), strict=True))
+        peaks = np.array([self._peaks[way] for way in ways]).reshape(-1, 2, 6)
+        return peaks[:, 0], peaks[:, 1]
+
+    def _peaks_of(self, starts: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         u = np.linspace(0.0, 1.0, 101)
         s = minimum_jerk(u)[0][None, :, None]
         first, last = (np.array([self.position(r, c) for r, c in tiles])[:, None] for tiles in (starts, ends))
@@ -239,6 +249,16 @@ class Workspace:
                 f"{reach.singular_value[row, col]:.3f}; at least {self.cell.min_singular_value} is asked for",
             )
         return reach
+
+
+@lru_cache(maxsize=2)
+def workspace_of(cell: Cell) -> Workspace:
+    """Return the grid in a cell, solved once for all sessions there.
+
+    Raises:
+        CellError: As of :class:`Workspace`.
+    """
+    return Workspace(cell)
 
 
 def _check_range(q: np.ndarray, place: str) -> None:
