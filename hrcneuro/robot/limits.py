@@ -128,13 +128,13 @@ class Limits:
     def _stays_inside(self, q: Vector, qd: Vector) -> bool:
         # The tip's way through reaction and braking, if this command were followed by a stop. A stop from v takes
         # v/a + a/j, or 2·√(v/j) where it never comes to brake at a, and half of that at v is its distance.
-        fastest = max(max(qd), -min(qd))
-        a, j, tool = self._a, self._j, self.tool
-        braking = fastest / a + a / j if fastest * j >= a * a else 2.0 * sqrt(fastest / j)
-        ahead = self.reaction + 0.5 * braking
-        looks = ceil(ahead * sum(map(abs, qd)) / _ARC) or 1
         q0, q1, q2, q3, q4, q5 = q
         v0, v1, v2, v3, v4, v5 = qd
+        sizes = abs(v0), abs(v1), abs(v2), abs(v3), abs(v4), abs(v5)
+        fastest, a, j, tool = max(sizes), self._a, self._j, self.tool
+        braking = fastest / a + a / j if fastest * j >= a * a else 2.0 * sqrt(fastest / j)
+        ahead = self.reaction + 0.5 * braking
+        looks = ceil(ahead * sum(sizes) / _ARC) or 1
         for look in range(looks, 0, -1):
             t = ahead * look / looks
             x, y, z = tip((q0 + t * v0, q1 + t * v1, q2 + t * v2, q3 + t * v3, q4 + t * v4, q5 + t * v5), tool)
