@@ -32,7 +32,7 @@ class StudyOptions:
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
     stages: tuple[str, ...] = option(
         (),
-        "what the study consists of; none named: every stage that its data allow, but calibrate",
+        "what the study consists of; none named: every stage that its data allow, but rerp and calibrate",
         choices=stages.NAMES,
     )
 
@@ -58,6 +58,8 @@ class Settings:
         own: Stage -> subject -> the options of a subject that has values of its own.
         replaced: Stage -> what to know of subjects' own values that the command line has replaced.
         live: Command of the live side, or ``cluster`` -> its options.
+        last_sources: (stage, unit) -> label -> digest of the files that a result was last made from, where it is asked
+            for as it was then.
     """
 
     study: StudyOptions
@@ -68,6 +70,7 @@ class Settings:
     own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     replaced: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     live: Mapping[str, Any] = field(default_factory=dict)
+    last_sources: Mapping[tuple[str, str], Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def included(self) -> tuple[str, ...]:
