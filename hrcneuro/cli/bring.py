@@ -16,6 +16,7 @@ from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
 from hrcneuro.cli.progress import Progress
+from hrcneuro.config import dataset
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
@@ -117,6 +118,7 @@ def bring(
     """
     wanted = list(wanted)
     tasks = _graph(options, settings, wanted, joint=joint)
+    dataset.refuse(settings, dict.fromkeys(task.unit for task in tasks if task.name == "acquire"))
     for name in dict.fromkeys(task.name for task in tasks if not task.draws):
         for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")

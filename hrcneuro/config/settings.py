@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import published, stages
-from hrcneuro.config import bysubject, shipped
+from hrcneuro.config import bysubject, dataset, shipped
 from hrcneuro.config.reader import Added, Reader
 from hrcneuro.config.sections import SECTIONS
 from hrcneuro.config.tomlfile import parse_toml, unreadable
@@ -113,7 +113,7 @@ def load(
 
     Raises:
         ConfigError: Anything unknown, of a wrong type, out of range or contradictory; all of it at once.
-        DataError: The disk fails on the file.
+        DataError: The disk fails on the file, or there is no data set at the place that is to name the subjects.
     """
     folder = folder or Path.cwd()
     # Also a folder of that name, or a link that leads nowhere: else the paper's values would take its place unseen.
@@ -137,6 +137,8 @@ def load(
     for reader, values in layers:
         own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
+    if parts["acquire"].source == "bids":
+        dataset.complete(parts, origins)
     settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
     found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if not found:

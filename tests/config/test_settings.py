@@ -82,7 +82,7 @@ def test_paths_of_a_file_are_taken_from_its_folder_and_stay_out_of_the_key(empty
             "[acquire]\nbads = ['nonsense']\nmontage = 'nonsense'\n",
             [
                 "2 mistakes",
-                "[acquire] bads is for source = 'dataset' or 'file' or 'recording'; source is 'synthetic'",
+                "[acquire] bads is for source = 'dataset' or 'file' or 'bids' or 'recording'; source is 'synthetic'",
                 "] montage is for",
             ],
         ),
