@@ -17,7 +17,7 @@ from pathlib import Path
 
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import flush, guarded, make_folder, remove, share
-from hrcneuro.cache.locks import BEAT_S, Lock, wait_for
+from hrcneuro.cache.locks import PATIENCE_S, Lock, wait_for
 from hrcneuro.cache.record import (
     Entry,
     Record,
@@ -31,8 +31,6 @@ from hrcneuro.cache.record import (
 )
 from hrcneuro.errors import HrcError
 
-PATIENCE_S = 6 * BEAT_S
-"""So long a lock's holder on another machine may give no sign of life."""
 _TEMPORARY, _OLD = ".tmp-", "-old"
 _DROPPED, _QUARANTINE, _LOCKS = ".dropped", ".quarantine", ".locks"
 # Of no concern to those who wait for a lock: what comes next fails of the same, and says it.
@@ -276,7 +274,7 @@ class Store:
                 raise
 
     def sweep(self) -> None:
-        """Remove the temporary folders of processes that are gone: those whose lock nobody holds.
+        """Remove the temporary folders of processes that are gone: those whose lock nobody holds, on any machine.
 
         An entry that was being replaced when its process was killed goes back into its place.
         """
