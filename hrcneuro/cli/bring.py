@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
-from hrcneuro.cache.bucket import shown
+from hrcneuro.cache.bucket import without_login
 from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
@@ -90,7 +90,7 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    disk = disk_forecast.expected(Workdir(options.workdir), items) if options.dry_run else None
+    disk = disk_forecast.expected(Workdir(options.workdir), items, settings) if options.dry_run else None
     return talk.finish(name, items, also=also, planned=options.dry_run, disk=disk)
 
 
@@ -181,7 +181,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
         study.workdir.cache.sweep()
         raise
     if pulled := sum(item.pulled for item in items):
-        talk.say(f"{pulled} results were taken from {shown(study.second_cache)}")
+        talk.say(f"{pulled} results were taken from {without_login(study.second_cache)}")
     return items
 
 
