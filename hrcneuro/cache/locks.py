@@ -54,6 +54,7 @@ class Lock:
         self._file: int | None = None
         self._text = ""
         self._lifeless = ""
+        self._ahead: float | None = None
         self._end = threading.Event()
 
     def take(self) -> bool:
@@ -150,12 +151,18 @@ class Lock:
         if not holder.pid or holder.dead:
             return False
         try:
-            if disk_time(self.place.parent) - self.sign()[0] >= PATIENCE_S:
+            if self._disk_time() - self.sign()[0] >= PATIENCE_S:
                 return False
         except OSError:
             return False  # where nothing can be written, nothing can be spoiled
         self.holder = holder
         return True
+
+    def _disk_time(self) -> float:
+        """Return the time by the disk's clock, which is asked once: who waits asks for it many times a second."""
+        if self._ahead is None:
+            self._ahead = disk_time(self.place.parent) - time.monotonic()
+        return self._ahead + time.monotonic()
 
     def _take_by_file(self) -> bool:
         # Between reading, removing and making, another could take the lock: only who has this second file may.
