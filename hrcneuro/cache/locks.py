@@ -172,7 +172,7 @@ class Lock:
         except FileExistsError:
             self.holder = Holder.read(self._content())
             with contextlib.suppress(OSError):
-                if time.time() - guard.stat().st_mtime > _GUARD_S:
+                if self._disk_time() - guard.stat().st_mtime > _GUARD_S:
                     guard.unlink()
             return False
         try:
@@ -220,7 +220,9 @@ class Lock:
                 os.utime(self.place)
 
 
-def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> bool:
+def wait_for(
+    lock: Lock, tell: Callable[[str], None], *, patience_s: float, ended: threading.Event | None = None
+) -> bool:
     """Return once the lock is ours (True), or is held by one who may be gone and gives no sign of life (False).
 
     Args:
@@ -228,6 +230,7 @@ def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> b
         tell: Is told who is waited for, once the wait is long enough to be noticed.
         patience_s: So long a holder may give no sign of life: one on another machine, or a process of this one whose
             number may have been given again.
+        ended: Once it is set nobody wants the lock any more (False).
 
     Raises:
         OSError: The file can be neither opened nor made.
@@ -235,6 +238,8 @@ def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> b
     begin = heard = time.monotonic()
     sign, word_at = (-1.0, ""), begin + _WORD_S
     while not lock.take():
+        if ended is not None and ended.is_set():
+            return False
         now = time.monotonic()
         if (new := lock.sign()) != sign:
             sign, heard = new, now

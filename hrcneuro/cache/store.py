@@ -10,6 +10,7 @@ import errno
 import os
 import secrets
 import shutil
+import threading
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import asdict
@@ -87,6 +88,7 @@ class Store:
         *,
         tell: Callable[[str], None] = lambda text: None,
         patience_s: float = PATIENCE_S,
+        ended: threading.Event | None = None,
     ) -> Iterator[None]:
         """Hold the key's lock; others who want to compute the same wait here.
 
@@ -96,6 +98,7 @@ class Store:
             stage, unit, key: The entry.
             tell: Is told who is waited for, and why the work goes on without a lock.
             patience_s: So long a holder on another machine may give no sign of life.
+            ended: Once it is set the lock is not waited for any more: who set it does no more work.
 
         Raises:
             ConfigError: There is no cache, and it cannot be made.
@@ -106,7 +109,7 @@ class Store:
             make_folder(self.root, self.root)
         try:
             make_folder(lock.place.parent, self.root)
-            held = wait_for(lock, tell, patience_s=patience_s)
+            held = wait_for(lock, tell, patience_s=patience_s, ended=ended)
         except OSError as error:
             if error.errno not in _NO_ROOM:
                 tell(f"no lock can be had, the work goes on without: {lock.place}: {error.strerror}")

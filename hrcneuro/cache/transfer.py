@@ -158,7 +158,9 @@ def pull(
     def one(entry: Entry) -> Moved:
         if here := _here(store, entry, verify=verify, force=force):
             return Moved(entry, here)
-        with store.lock(*entry):
+        with store.lock(*entry, ended=ended):
+            if ended.is_set():
+                raise _Ended
             if here := _here(store, entry, verify=verify, force=force):
                 return Moved(entry, here)
             record = take(store, bucket, entry, formats=formats, ended=ended)

@@ -208,6 +208,14 @@ def test_a_lock_that_only_this_machine_s_kernel_knows_is_not_taken_from_another_
     lock.release()
 
 
+def test_a_lock_that_nobody_wants_any_more_is_not_waited_for(place):
+    other, ended = Lock(place), threading.Event()
+    assert other.take()
+    ended.set()
+    assert not wait_for(Lock(place), print, patience_s=60, ended=ended)
+    other.release()
+
+
 def test_such_a_holder_is_given_up_after_its_silence(place):
     place.write_text("4711\nnode17\n")
     said = []
@@ -272,6 +280,10 @@ def test_a_file_in_no_known_form_names_nobody(text):
     holder = Holder.read(text)
     assert (holder.pid, holder.dead, holder.here) == (0, False, False)
     assert str(holder) == "an unknown process"
+
+
+def test_what_a_lock_file_says_does_nothing_to_a_terminal():
+    assert str(Holder.read("4711\nno\x1b[2Jde\n5\na\x07b")) == "process 4711 on no?[2Jde, a?b"
 
 
 def test_a_holder_is_read_as_it_was_written():
