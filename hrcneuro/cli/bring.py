@@ -61,7 +61,7 @@ def stage(
         items = bring(options, study, wanted, log)
         for note in notes(study, items) if not options.dry_run else ():
             console(options).say(f"note: {note}", style="yellow")
-        code = finished(name, options, items, wanted)
+        code = finished(name, options, study, items, wanted)
         log.end(items, code)
     return code
 
@@ -69,6 +69,7 @@ def stage(
 def finished(
     name: str,
     options: Options,
+    study: Settings,
     items: Sequence[Item],
     wanted: Iterable[graph.Task],
     *,
@@ -80,6 +81,7 @@ def finished(
     Args:
         name: The command's.
         options: The command's.
+        study: The configuration.
         items: Of all tasks.
         wanted: Those that were asked for.
         whole: A whole study was: a stage is told in fewer lines.
@@ -90,7 +92,7 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    disk = disk_forecast.expected(Workdir(options.workdir), items, settings) if options.dry_run else None
+    disk = disk_forecast.expected(Workdir(options.workdir), items, study) if options.dry_run else None
     return talk.finish(name, items, also=also, planned=options.dry_run, disk=disk)
 
 

@@ -85,8 +85,15 @@ def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
     # What is pulled now is then known to have come after the list: gc may drop it once nobody wants it.
     with contextlib.suppress(OSError, HrcError):
         workdir.studies.begin()
-    how = {"verify": options.verify, "force": options.force, "workers": options.jobs or _WORKERS}
-    moved = transfer.pull(workdir.cache, bucket, wanted, formats=FORMATS, **how)
+    moved = transfer.pull(
+        workdir.cache,
+        bucket,
+        wanted,
+        formats=FORMATS,
+        verify=options.verify,
+        force=options.force,
+        workers=options.jobs or _WORKERS,
+    )
     return _report("cache pull", "pulled", options, moved, odd)
 
 

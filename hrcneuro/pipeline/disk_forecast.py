@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
 from hrcneuro.cache.disk import free_bytes
 from hrcneuro.cache.record import entry_of, read_record
@@ -53,6 +54,16 @@ class DiskForecast:
         if self.size > self.free:
             return False
         return None if self.unknown else True
+
+    def document(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "bytes": self.size,
+            "estimated": self.estimated,
+            "free": self.free,
+            "unknown": self.unknown,
+            "enough": self.enough,
+        }
 
     def __str__(self) -> str:
         free = f"{_large(self.free)} are free"
