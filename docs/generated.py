@@ -81,6 +81,19 @@ TABLES = {
         "group/confound.parquet": "hrcneuro.tables.simulate:CONFOUND",
         "sweep/sweep.parquet": "hrcneuro.tables.simulate:SWEEP",
         "sweep/needed.parquet": "hrcneuro.tables.simulate:NEEDED",
+        **{
+            f"evidence/{name}.parquet": f"hrcneuro.tables.evidence:{name.upper()}"
+            for name in ("sessions", "subjects", "trials", "guesses", "predicted", "design", "partners")
+        },
+    },
+    "rerp": {
+        "sNN/rerp.parquet": "hrcneuro.tables.rerp:RERP",
+        "sNN/predictors.parquet": "hrcneuro.tables.rerp:PREDICTORS",
+        "sNN/parts.parquet": "hrcneuro.tables.rerp:PARTS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/rerp_stats.parquet": "hrcneuro.tables.rerp:RERP_STATS",
+        "group/rerp_parts.parquet": "hrcneuro.tables.rerp:RERP_PARTS",
+        "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
     },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
@@ -150,12 +163,15 @@ def artifacts(stage: str) -> str:
 
 
 def _captions(stage: str) -> dict[str, Caption]:
-    """Return file -> caption of the pictures of a stage, the subject's first, the sweep's last."""
+    """Return file -> caption of the pictures of a stage, the subject's first, what is beside it last."""
     if stage not in drawings.STAGES:
         return {}
     drawn = drawings.load(stage)
     return {
-        name: text for one in (drawn.subject, drawn.group, drawn.sweep) if one for name, text in one.captions.items()
+        name: text
+        for one in (drawn.subject, drawn.group, *drawn.sides.values())
+        if one
+        for name, text in one.captions.items()
     }
 
 

@@ -19,8 +19,11 @@ from hrcneuro.errors import DataError
 
 GROUP = "group"
 SWEEP = "sweep"
-OF_ALL = (GROUP, SWEEP)
+EVIDENCE = "evidence"
+OF_ALL = (GROUP, SWEEP, EVIDENCE)
 """Units that are no subject: what is computed once, for all."""
+ASKED_BY = {GROUP: "", SWEEP: " --sweep AXIS=VALUES", EVIDENCE: " --evidence FOLDER"}
+"""What follows a stage's name on the command line that computes such a unit."""
 
 Summary = dict[str, Any]
 
@@ -169,28 +172,34 @@ class Work:
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """A stage's work over a grid of its options: a result of its own, the unit ``sweep`` beside the group.
+class SideResult:
+    """A result of a stage that is there only where an option asks for it: a unit of its own beside the group.
 
     Attributes:
-        parts: Names of the pieces into which it is cut, units of their own; none where no grid is asked for.
-        run: Computes one piece, without inputs.
-        join: Computes the unit ``sweep`` from the files of the pieces, which it reads under its own stage.
-        options: Names of the options that say what is swept; no other unit of the stage reads them.
+        unit: Its name: ``sweep``, ``evidence``.
+        asked: Whether the configuration asks for it.
+        run: Computes it, from the files of its pieces where it has some, which it reads under its own stage.
+        options: Names of the options that it alone reads; no other unit of the stage does.
+        place: The one of them that names what it is made from, where it is made from files of other people.
+        parts: Names of the pieces into which it is cut, units of their own.
+        run_part: Computes one piece, without inputs.
     """
 
-    parts: Callable[[Any], tuple[str, ...]]
+    unit: str
+    asked: Callable[[Any], bool]
     run: Callable[[Any, Inputs, Path], Summary]
-    join: Callable[[Any, Inputs, Path], Summary]
     options: tuple[str, ...]
-
-    def asked(self, config: Any) -> bool:
-        """Return whether the configuration asks for one."""
-        return bool(self.parts(config))
+    place: str = ""
+    parts: Callable[[Any], tuple[str, ...]] = lambda config: ()
+    run_part: Callable[[Any, Inputs, Path], Summary] | None = None
 
     def owns(self, config: Any, unit: str) -> bool:
-        """Return whether a unit is the sweep, or a piece of it."""
-        return unit == SWEEP or unit in self.parts(config)
+        """Return whether a unit is this result, or a piece of it."""
+        return unit == self.unit or unit in self.parts(config)
+
+    def work(self, unit: str) -> Callable[[Any, Inputs, Path], Summary]:
+        """Return what computes this result, or a piece of it."""
+        return self.run if unit == self.unit or self.run_part is None else self.run_part
 
 
 @dataclass(frozen=True)
@@ -204,15 +213,15 @@ class Stage:
         libraries: Distributions whose major.minor version decides the result.
         check: Returns sentences that say which values contradict each other.
         subject, group: What is computed for a subject, and for the group; one of them may be absent.
-        sweep: What is computed over a grid of options, where that can be asked for.
+        sides: What is computed beside the group where an option asks for it.
         sources: Label -> external file that decides a unit's result.
         packages: Distributions of other people's code that the configuration names; their exact version decides the
             result.
         by_subject: Options of which a subject may have values of its own, under ``[STAGE.subjects.NAME]``.
         sessions: How many units may run at a time.
         notes: Returns what a person should know before anything of it runs.
-        ready: Raises ConfigError where other people's code that the configuration names cannot be used; before anything
-            runs, and where the configuration is checked.
+        ready: Raises ConfigError where other people's code that the configuration names cannot be used, DataError where
+            other people's data cannot; before anything runs, and where the configuration is checked.
         moves: Whether it is about moves on the grid, so that a study without any has no use for it.
         on_demand: Whether a study consists of it only where it names it (study.stages); its command runs it anyway.
     """
@@ -224,7 +233,7 @@ class Stage:
     check: Callable[[Any], list[str]]
     subject: Work | None = None
     group: Work | None = None
-    sweep: Sweep | None = None
+    sides: tuple[SideResult, ...] = ()
     sources: Callable[[Any, str], Mapping[str, Path]] = lambda config, unit: {}
     packages: Callable[[Any], tuple[str, ...]] = lambda config: ()
     by_subject: tuple[str, ...] = ()
@@ -233,6 +242,15 @@ class Stage:
     ready: Callable[[Any], None] = lambda config: None
     moves: bool = False
     on_demand: bool = False
+
+    def side(self, config: Any, unit: str) -> SideResult | None:
+        """Return the result on the side that a unit is, or is a piece of; None for a subject and the group."""
+        return next((one for one in self.sides if one.owns(config, unit)), None)
+
+    def side_of(self, unit: str) -> SideResult | None:
+        """Return the same by the unit's name, whatever the configuration asks for."""
+        name = unit.partition("-")[0]
+        return next((one for one in self.sides if one.unit == name), None)
 
 
 @dataclass(frozen=True)
@@ -273,7 +291,8 @@ class Drawings:
     Attributes:
         name: The stage's; a name of its own where it joins several.
         libraries: Distributions whose major.minor version decides the pictures.
-        subject, group, sweep: What is drawn for a subject, for the group, and for a sweep.
+        subject, group: What is drawn for a subject, and for the group.
+        sides: Unit -> what is drawn for a result on the side, such as a sweep.
         chapter: The stage in whose chapter of the report they stand; their own where nothing is said.
     """
 
@@ -281,12 +300,12 @@ class Drawings:
     libraries: tuple[str, ...]
     subject: Drawing | None = None
     group: Drawing | None = None
-    sweep: Drawing | None = None
+    sides: Mapping[str, Drawing] = field(default_factory=dict)
     chapter: str = ""
 
     def of(self, unit: str) -> Drawing | None:
         """Return what is drawn for a unit."""
-        return {GROUP: self.group, SWEEP: self.sweep}.get(unit, self.subject)
+        return {GROUP: self.group, **self.sides}.get(unit, self.subject)
 
 
 @dataclass(frozen=True)

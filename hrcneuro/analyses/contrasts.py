@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro import published
+from hrcneuro.analyses.group_tests import FlipOptions, group_contrast, size_warnings
 from hrcneuro.contract import option
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.paradigm import design
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ContrastOptions:
+class ContrastOptions(FlipOptions):
     """What the Configs of erp and ersp share: whose averages are compared, and how."""
 
     conditions: dict[str, str] = option(
@@ -38,19 +38,6 @@ class ContrastOptions:
     )
     stratified: tuple[str, ...] = option(("*_before",), "which contrasts that are, as patterns of their names")
     min_stratum: int = option(5, "trials a condition below which a subject's stratum is left out", low=1)
-    correction: str = option(
-        "max", "over all points of the map: extreme statistics of sign flips, or clusters", choices=("max", "cluster")
-    )
-    alpha: float = option(
-        published.LEVEL.value, "family-wise error, two-sided", low=0, high=1, share=True, open_low=True
-    )
-    cluster_alpha: float = option(
-        0.05, "level of the t threshold that forms clusters", low=0, high=1, share=True, open_low=True
-    )
-    exact_subjects: int = option(16, "up to this many subjects all sign flips are taken", low=2, high=20)
-    flips: int = option(10_000, "random sign flips beyond that", low=100)
-    confidence: float = option(0.95, "level of the effect sizes' intervals", low=0.5, high=0.999, share=True)
-    seed: int = option(2023, "seed of random sign flips", low=0)
 
 
 def filled_sets(trials: LabelledEpochs, config: ContrastOptions, unit: str) -> tuple[list[TrialSet], list[str]]:
@@ -136,8 +123,7 @@ def over_subjects(averages: Mapping[str, Averages], config: ContrastOptions, adj
     """
     import numpy as np
 
-    from hrcneuro.eeg.contrasts import GroupContrast, summarise
-    from hrcneuro.eeg.permutation import cluster_test, sign_flip_test
+    from hrcneuro.eeg.contrasts import GroupContrast
 
     pairs = in_order((pair for maps in averages.values() for pair in maps), config.conditions)
     for scenario in dict.fromkeys(scenario for scenario, _ in pairs):
@@ -148,17 +134,7 @@ def over_subjects(averages: Mapping[str, Averages], config: ContrastOptions, adj
             differences = np.stack(
                 [np.subtract(averages[u][scenario, plus], averages[u][scenario, minus], dtype=float) for u in units]
             )
-            # Each contrast has its own stream: leaving one out changes no other.
-            seeds = [config.seed, *scenario.encode(), 0, *name.encode()]
-            common: Any = dict(alpha=config.alpha, exact_to=config.exact_subjects, count=config.flips)
-            if len(units) < 2:
-                test = None
-            elif config.correction == "cluster":
-                seed = int(np.random.default_rng(seeds).integers(2**31))
-                test = cluster_test(differences, adjacency, cluster_alpha=config.cluster_alpha, seed=seed, **common)
-            else:
-                test = sign_flip_test(differences, np.random.default_rng(seeds), **common)
-            result = summarise(differences, test, confidence=config.confidence)
+            result = group_contrast(differences, config, adjacency, stream=(scenario, name))
             yield GroupContrast(scenario, name, plus, minus, tuple(units), result)
 
 
@@ -177,7 +153,7 @@ def subject_peaks(
     for scenario in dict.fromkeys(scenario for scenario, _ in in_order(averages, config.conditions)):
         for name, (plus, minus) in config.contrasts.items():
             if (scenario, plus) in averages and (scenario, minus) in averages:
-                peak, _ = _peak(averages[scenario, plus] - averages[scenario, minus], axes)
+                peak, _ = peak_of(averages[scenario, plus] - averages[scenario, minus], axes)
                 peaks.setdefault(scenario, {})[name] = {"peak": peak}
     return peaks
 
@@ -198,7 +174,7 @@ def group_summary(
         "correction": config.correction,
         "alpha": config.alpha,
         "contrasts": contrasts,
-        "shortest_gap_s": _jsonable(gap_s),
+        "shortest_gap_s": jsonable(gap_s),
         "warnings": group_warnings(averages, tested, config),
     }
 
@@ -207,8 +183,6 @@ def group_warnings(
     averages: Mapping[str, Averages], tested: Iterable[GroupContrast], config: ContrastOptions
 ) -> list[str]:
     """Return sentences on contrasts that lack subjects and on tests that can never reach significance."""
-    from hrcneuro.eeg.permutation import smallest_p
-
     warnings, tested = [], list(tested)
     for t in tested:
         missing = sorted(set(averages) - set(t.units))
@@ -216,15 +190,8 @@ def group_warnings(
             warnings.append(
                 f"{t.scenario}, {t.name}: without {', '.join(missing)}, who lack a condition (n = {len(t.units)})"
             )
-    sizes = {t.result.n for t in tested}
-    if 1 in sizes:
-        warnings.append("a contrast of one subject cannot be tested: its difference is descriptive")
-    warnings += [
-        f"with {n} subjects the smallest p is {smallest_p(n):.3g}: nothing can be significant at {config.alpha:g}, the "
-        "differences are descriptive"
-        for n in sorted(sizes - {1})
-        if smallest_p(n) > config.alpha
-    ]
+    of_one = "a contrast of one subject cannot be tested: its difference is descriptive"
+    warnings += size_warnings((t.result.n for t in tested), config.alpha, of_one=of_one)
     lost = [name for name in config.contrasts if name not in {t.name for t in tested}]
     if lost:
         warnings.append(f"no subject has both conditions of {', '.join(lost)}")
@@ -242,29 +209,29 @@ def contrast_summary(tested: GroupContrast, axes: Mapping[str, Iterable[Any]]) -
         axes: Name -> labels of each axis of the map, in their order.
     """
     result = tested.result
-    peak, at = _peak(result.difference, axes)
+    peak, at = peak_of(result.difference, axes)
     summary: dict[str, Any] = {"n": result.n, "significant": 0, "p_min": None, "peak": peak}
     if result.test is not None:
         test = result.test
-        peak |= {"t": _jsonable(test.t[at]), "p": float(test.p[at])}
-        peak |= {name: _jsonable(getattr(result, name)[at]) for name in ("dz", "dz_low", "dz_high")}
+        peak |= {"t": jsonable(test.t[at]), "p": float(test.p[at])}
+        peak |= {name: jsonable(getattr(result, name)[at]) for name in ("dz", "dz_low", "dz_high")}
         summary |= {"significant": int(test.significant.sum()), "p_min": float(test.p.min())}
         summary |= {
-            "t_low": _jsonable(test.low),
-            "t_high": _jsonable(test.high),
+            "t_low": jsonable(test.low),
+            "t_high": jsonable(test.high),
             "flips": test.flips,
             "exact": test.exact,
         }
     return summary
 
 
-def _peak(difference: NDArray[np.floating], axes: Mapping[str, Iterable[Any]]) -> tuple[dict[str, Any], Any]:
+def peak_of(difference: NDArray[np.floating], axes: Mapping[str, Iterable[Any]]) -> tuple[dict[str, Any], Any]:
     """Return where a map is farthest from 0, as labels of its axes with the value there, and as an index."""
     from hrcneuro.eeg.evoked import farthest_from_zero
 
     labels = [list(values) for values in axes.values()]
     at = farthest_from_zero(difference)
-    place = {name: _jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
+    place = {name: jsonable(values[i]) for name, values, i in zip(axes, labels, at, strict=True)}
     return place | {"difference_uv": float(difference[at])}, at
 
 
@@ -294,7 +261,8 @@ def channel_adjacency(positions: pd.DataFrame) -> Any:
     return adjacency
 
 
-def _jsonable(value: Any) -> Any:
+def jsonable(value: Any) -> Any:
+    """Return a number, or None for one that is not finite; words as they are."""
     if isinstance(value, str):
         return value
     number = float(value)

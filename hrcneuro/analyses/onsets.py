@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
-    from hrcneuro.eeg.overlap import OtherOnsets
+    from hrcneuro.eeg.regression import OtherOnsets
     from hrcneuro.eeg.resample import Ratio
     from hrcneuro.eeg.selection import LabelledEpochs
 
@@ -52,8 +52,8 @@ def borders(raw: mne.io.BaseRaw, rates: Ratio) -> list[int]:
     return [rates.first(s) for s in breaks.borders(raw.annotations.onset, raw.annotations.description, rates.source)]
 
 
-def without_epoch(inputs: Inputs, trials: LabelledEpochs) -> OtherOnsets:
-    """Return the onsets in the recording that have no epoch: moves of no condition, and trials that were rejected.
+def without_epoch(inputs: Inputs, trials: LabelledEpochs) -> tuple[OtherOnsets, pd.DataFrame]:
+    """Return the onsets in the recording that have no epoch, moves of no condition and rejected trials, and their rows.
 
     Args:
         inputs: With the trial table, and the clean recording and its timing.
@@ -61,17 +61,19 @@ def without_epoch(inputs: Inputs, trials: LabelledEpochs) -> OtherOnsets:
     """
     import numpy as np
 
-    from hrcneuro.eeg.overlap import OtherOnsets
+    from hrcneuro.eeg.regression import OtherOnsets
     from hrcneuro.io.fif import read_raw
     from hrcneuro.io.tables import read_table
 
     raw = read_raw(inputs.path("preprocess", "{unit}_clean_raw.fif"))
     rates = ratio(inputs, raw)
     table = read_table(inputs.path("acquire", "trials.parquet"))
-    others = samples(table[~table["onset_sample"].isin(trials.table["onset_sample"])], rates)
-    others = others[(others >= 0) & (others < raw.n_times)]
+    table = table[~table["onset_sample"].isin(trials.table["onset_sample"])]
+    others = samples(table, rates)
+    recorded = (others >= 0) & (others < raw.n_times)
+    others, table = others[recorded], table[recorded].reset_index(drop=True)
     edges = np.array([0, *(b for b in borders(raw, rates) if 0 < b < raw.n_times), raw.n_times])
     stretch = np.searchsorted(edges, others, side="right")
     first = others + round(trials.times[0] * trials.info["sfreq"])
     spans = np.stack([edges[stretch - 1] - first, edges[stretch] - first], axis=1)
-    return OtherOnsets(others, spans.clip(0, len(trials.times)))
+    return OtherOnsets(others, spans.clip(0, len(trials.times))), table

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from hrcneuro.answers import brain, calibrations, decoding, recordings, robots, words
-from hrcneuro.contract import GROUP, SWEEP
+from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, regression, robots, words
+from hrcneuro.contract import EVIDENCE, GROUP, SWEEP
 
 Summary = Mapping[str, Any]
 
@@ -28,6 +28,8 @@ _GROUP: Mapping[str, Callable[[Summary], list[str]]] = {"decode": decoding.group
 _LONG: Mapping[tuple[str, bool], Callable[[Summary, bool], list[str]]] = {
     **{(stage, False): brain.subject for stage in ("erp", "ersp")},
     **{(stage, True): brain.group for stage in ("erp", "ersp")},
+    ("rerp", False): regression.subject,
+    ("rerp", True): regression.group,
     ("simulate", True): robots.simulate,
 }
 _TOGETHER: Mapping[str, Callable[[Mapping[str, Summary]], list[str]]] = {
@@ -49,6 +51,8 @@ def lines(stage: str, unit: str, summary: Summary, *, every: bool = False) -> li
         return []
     if unit == SWEEP:
         return robots.sweep(summary, every)
+    if unit == EVIDENCE:
+        return evidences.evidence(summary)
     if long := _LONG.get((stage, unit == GROUP)):
         return long(summary, every)
     known = (_GROUP if unit == GROUP else _SUBJECT).get(stage)

@@ -18,7 +18,7 @@ def subject(summary: Summary, every: bool) -> list[str]:
         found.append(f"trials by condition{name}: {counts(trials[scenario])}")
     gap_s = summary.get("shortest_gap_s")
     rows = [
-        (scenario, name, _peak(one["peak"]) + when(one["peak"]["time_s"], gap_s))
+        (scenario, name, peak_words(one["peak"]) + when(one["peak"]["time_s"], gap_s))
         for scenario, name, one in _contrasts(summary, every)
     ]
     return [*found, *(["largest difference, of one subject, so not tested:", *indented(rows)] if rows else [])]
@@ -28,7 +28,7 @@ def group(summary: Summary, every: bool) -> list[str]:
     """Return where each difference over subjects is largest, how sure it is, and which are significant anywhere."""
     contrasts = cells(summary["contrasts"])
     gap_s = summary.get("shortest_gap_s")
-    rows = [(scenario, name, _tested(one, gap_s)) for scenario, name, one in _contrasts(summary, every)]
+    rows = [(scenario, name, tested_words(one, gap_s)) for scenario, name, one in _contrasts(summary, every)]
     sure = [f"{scenario} {name}" for scenario, name, one in contrasts if one["significant"]]
     tested = sum(one["p_min"] is not None for _, _, one in contrasts)
     return [
@@ -56,8 +56,9 @@ def when(time_s: float, gap_s: float | None) -> str:
     return f", after the earliest next onset ({number(1000 * gap_s, 0)} ms)" if gap_s and time_s > gap_s else ""
 
 
-def _tested(one: Summary, gap_s: float | None) -> str:
-    peak, text = one["peak"], _peak(one["peak"]) + when(one["peak"]["time_s"], gap_s)
+def tested_words(one: Summary, gap_s: float | None) -> str:
+    """Return where a tested map is largest, and how sure that is."""
+    peak, text = one["peak"], peak_words(one["peak"]) + when(one["peak"]["time_s"], gap_s)
     if one["p_min"] is None:
         return f"{text}; not tested, n = {one['n']}"
     text += f"; t = {number(peak['t'], 2)}, {p_value(peak['p'])}, n = {one['n']}"
@@ -67,7 +68,8 @@ def _tested(one: Summary, gap_s: float | None) -> str:
     return text
 
 
-def _peak(peak: Summary) -> str:
+def peak_words(peak: Summary) -> str:
+    """Return how large a map is at most, where and when."""
     sign = "+" if peak["difference_uv"] >= 0 else ""
     hertz = f", {peak['frequency_hz']:g} Hz" if "frequency_hz" in peak else ""
     time = f"{number(1000 * peak['time_s'], 0)} ms"

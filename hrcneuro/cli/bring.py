@@ -16,11 +16,12 @@ from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
 from hrcneuro.cli.progress import Progress
+from hrcneuro.config import dataset
 from hrcneuro.config import settings as config
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import Sessions
 from hrcneuro.errors import ConfigError, HrcError
-from hrcneuro.pipeline import disk_forecast, executors, forecast, graph, second_cache, swept, walk
+from hrcneuro.pipeline import disk_forecast, executors, forecast, graph, second_cache, sides, walk
 from hrcneuro.pipeline.anonymous import command_line, hidden
 from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
@@ -98,7 +99,7 @@ def finished(
 
 def planned(options: Options, settings: Settings) -> list[Item]:
     """Return what would happen to every task of the study; nothing runs."""
-    return swept.told(settings, whole(options, settings).plan())
+    return sides.told(settings, whole(options, settings).plan())
 
 
 def logged(name: str, options: Options, settings: Settings) -> contextlib.AbstractContextManager[RunLog]:
@@ -119,6 +120,7 @@ def bring(
     """
     wanted = list(wanted)
     tasks = _graph(options, settings, wanted, joint=joint)
+    dataset.refuse(settings, dict.fromkeys(task.unit for task in tasks if task.name == "acquire"))
     for name in dict.fromkeys(task.name for task in tasks if not task.draws):
         for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
@@ -148,13 +150,13 @@ def draw(options: Options, settings: Settings, log: RunLog) -> list[Item]:
     """Draw what can be drawn of the numbers that are up to date; return every item of the study."""
     study = whole(options, settings)
     forced = [task for task in study.nodes if task.draws] if options.force else []
-    return swept.told(settings, _walked(options, study, log, forced=forced, pictures_only=True))
+    return sides.told(settings, _walked(options, study, log, forced=forced, pictures_only=True))
 
 
 def whole(options: Options, settings: Settings) -> walk.Run:
     """Return the whole study, with the sweep that was asked for last."""
     workdir = Workdir(options.workdir)
-    known = swept.remembered(settings, workdir)
+    known = sides.remembered(settings, workdir)
     tasks = _graph(options, known, graph.targets(known, settings.stages, ()), joint=True)
     return walk.Run(known, workdir, tasks, verify=options.verify, second_cache=second_cache.named(options.second_cache))
 

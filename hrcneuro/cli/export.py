@@ -83,7 +83,7 @@ def _write(options: Options, settings: Settings, items: Sequence[Item], folder: 
     simulated = acquire.source in ("synthetic", "semisynthetic")
     count = 0
     with guarded(folder):
-        edge.write_dataset(folder, list(origins.values()), study=settings.study.name, paradigm=acquire.source != "file")
+        edge.write_dataset(folder, list(origins.values()), study=settings.study.name, paradigm=acquire.moves)
         for name, have in files.items():
             subject = edge.Subject(
                 name,

@@ -35,12 +35,13 @@ _HEAD = """\
 """
 
 _OWN = """
-# --- Your own recordings (BrainVision, EEGLAB, FIF, EDF/BDF, XDF) ------------------------------------------------
+# --- Your own recordings (BrainVision, EEGLAB, FIF, EDF/BDF, XDF and more) ----------------------------------------
 # Replace the two [acquire] tables above by this one, delete [simulate] and [robot], name subjects and conditions:
 #
 # [acquire]
 # source = "file"
-# path = "data/{subject}.vhdr"                          # {subject} stands for each of study.subjects
+# path = "data/{subject}.vhdr"                          # {subject} stands for each of study.subjects; a BIDS data set
+#                                                       # needs source = "bids", its root as path, and conditions
 # event_map = { "S  1" = "standard", "S  2" = "target" }  # marker in the file -> name; hrcneuro acquire s01 --inspect
 # channel_types = { VEOG = "eog" }                      # names with EOG in them are found without it
 #

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import answers
 from hrcneuro.cli.plan import span
-from hrcneuro.contract import GROUP, OF_ALL, SWEEP, is_piece
+from hrcneuro.contract import GROUP, OF_ALL, is_piece
 from hrcneuro.errors import DataError
 from hrcneuro.stages import NAMES as STAGES
 
@@ -80,7 +80,7 @@ def asked_for(settings: Settings, workdir: Workdir, stage: str, unit: str = "") 
     if unit:
         return {unit: asked.result(settings, workdir, stage, unit).summary}
     loaded = stages.load(stage)
-    of_study = [*settings.study.subjects, *([GROUP] if loaded.group else []), *([SWEEP] if loaded.sweep else [])]
+    of_study = [*settings.study.subjects, *([GROUP] if loaded.group else []), *(one.unit for one in loaded.sides)]
     items = asked.standing(settings, workdir, stage, of_study)
     found = {i.unit: i.summary for i in items if i.stage == stage and i.state.done and not is_piece(i.unit)}
     # Where there is nothing, the first of what another configuration has: why it is not asked for says it of all.
@@ -115,7 +115,7 @@ def _ran(workdir: Workdir, stage: str) -> list[str]:
 
 
 def _speaking(settings: Settings, ran: Sequence[str]) -> list[str]:
-    """Return the units that speak for a stage, of those that have run: the group and a sweep, else every subject."""
+    """Return the units that speak for a stage, of those that have run: the group and what is beside it, or all."""
     subjects = [unit for unit in ran if unit in settings.study.subjects]
     of_all = [unit for unit in OF_ALL if unit in ran]
     if GROUP in of_all and len(settings.included) == 1 and subjects == [*settings.included]:

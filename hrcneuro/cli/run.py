@@ -84,7 +84,8 @@ def show(
     unit: Annotated[
         str,
         typer.Argument(
-            help="A subject, group or sweep; none: what is of all, else all subjects.", autocompletion=completion.units
+            help="A subject, group, sweep or evidence; none: what is of all, else all subjects.",
+            autocompletion=completion.units,
         ),
     ] = "",
     last: _Last = False,

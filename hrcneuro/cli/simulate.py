@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -30,17 +32,28 @@ def simulate(
             autocompletion=completion.axes,
         ),
     ] = None,
+    evidence: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Session logs of a closed loop with people (Ehrlich & Cheng 2018): replay them, and hold what was "
+            "foretold against them.",
+        ),
+    ] = None,
 ) -> int:
-    """Run the stage, with a design sweep where one is asked for."""
+    """Run the stage, with a design sweep and evidence where they are asked for."""
     from hrcneuro.cli import bring
 
     assignments, mistakes = _assignments(sweep or [])
-    return bring.stage("simulate", options, None, others={"--sweep": assignments}, mistakes=mistakes)
+    # In quotes, whatever it looks like; a byte that is no text stays one.
+    logs = [f"simulate.evidence={json.dumps(str(evidence), ensure_ascii=False)}"] if evidence else []
+    others = {"--sweep": assignments, "--evidence": logs}
+    return bring.stage("simulate", options, None, others=others, mistakes=mistakes)
 
 
 def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return ``--sweep`` as assignments such as ``--set`` takes, and its mistakes."""
-    from hrcneuro.stages.simulate import WIDE_SWEEP
+    from hrcneuro.learning.grid import WIDE
 
     names = [text.partition("=")[0].strip() for text in texts]
     mistakes = [
@@ -52,7 +65,7 @@ def _assignments(texts: Sequence[str]) -> tuple[list[str], list[str]]:
     for text in texts:
         if text != "wide":
             mistakes += _read_axis(text, asked)
-    values = {**(WIDE_SWEEP if "wide" in texts else {}), **asked}
+    values = {**(WIDE if "wide" in texts else {}), **asked}
     return [f"simulate.sweep.{axis}={list(numbers)}" for axis, numbers in values.items()], mistakes
 
 

@@ -1,4 +1,4 @@
-"""The stages that need no options of their own: preprocess, epoch, erp, ersp, decode, calibrate."""
+"""The stages that need no options of their own: preprocess, epoch, erp, ersp, rerp, decode, calibrate."""
 
 from __future__ import annotations
 
@@ -56,6 +56,12 @@ def _without_trials(settings: Settings, items: Sequence[Item]) -> list[str]:
 
 _plain_stage("erp", "Average, contrast and test event-related potentials.", "erp s01", "erp -j 2")
 _plain_stage("ersp", "Time-frequency maps, their contrasts and tests.", "ersp s01", "ersp -j 2")
+_plain_stage(
+    "rerp",
+    "Potentials by regression on what is known of every trial; takes overlapping responses apart.",
+    "rerp s01",
+    "rerp --set 'rerp.formula=\"actor * takeover + turn\"' --dry-run",
+)
 _plain_stage(
     "decode", "Decode single trials and compare with chance.", "decode s01", "decode --set decode.repeats=1 --dry-run"
 )

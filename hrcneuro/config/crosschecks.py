@@ -57,7 +57,8 @@ def _subjects(settings: Any) -> Iterator[str]:
     for subject in subjects:
         if subject in OF_ALL or is_piece(subject) or not subject.replace("-", "").replace("_", "").isalnum():
             yield (
-                f"study.subjects names {subject!r}; allowed: letters, digits, - and _, but not group, sweep and sweep-…"
+                f"study.subjects names {subject!r}; allowed: letters, digits, - and _, but not "
+                f"{', '.join(OF_ALL)} and sweep-…"
             )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from hrcneuro.config import dataset
 from hrcneuro.config.settings import Settings
 from hrcneuro.errors import ConfigError, DataError
 
@@ -16,12 +17,14 @@ def check(settings: Settings) -> list[str]:
 
     Raises:
         ConfigError: A mapped marker or a condition occurs in no subject's recording, or the options do not fit one.
+        DataError: A BIDS data set lacks what a subject needs.
     """
-    if settings.sections["acquire"].source != "file":
+    if settings.sections["acquire"].moves:
         return []
     from hrcneuro.analyses import conditions
     from hrcneuro.stages import acquire
 
+    dataset.refuse(settings, settings.included)
     notes: list[str] = []
     looked: dict[str, dict[str, str]] = {}
     for subject in settings.included:

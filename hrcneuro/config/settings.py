@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import published, stages
-from hrcneuro.config import bysubject, shipped
+from hrcneuro.config import bysubject, dataset, shipped
 from hrcneuro.config.reader import Added, Reader
 from hrcneuro.config.sections import SECTIONS
 from hrcneuro.config.tomlfile import parse_toml, unreadable
@@ -32,7 +32,7 @@ class StudyOptions:
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
     stages: tuple[str, ...] = option(
         (),
-        "what the study consists of; none named: every stage that its data allow, but calibrate",
+        "what the study consists of; none named: every stage that its data allow, but rerp and calibrate",
         choices=stages.NAMES,
     )
 
@@ -58,6 +58,8 @@ class Settings:
         own: Stage -> subject -> the options of a subject that has values of its own.
         replaced: Stage -> what to know of subjects' own values that the command line has replaced.
         live: Command of the live side, or ``cluster`` -> its options.
+        last_sources: (stage, unit) -> label -> digest of the files that a result was last made from, where it is asked
+            for as it was then.
     """
 
     study: StudyOptions
@@ -68,6 +70,7 @@ class Settings:
     own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     replaced: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     live: Mapping[str, Any] = field(default_factory=dict)
+    last_sources: Mapping[tuple[str, str], Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def included(self) -> tuple[str, ...]:
@@ -110,7 +113,7 @@ def load(
 
     Raises:
         ConfigError: Anything unknown, of a wrong type, out of range or contradictory; all of it at once.
-        DataError: The disk fails on the file.
+        DataError: The disk fails on the file, or there is no data set at the place that is to name the subjects.
     """
     folder = folder or Path.cwd()
     # Also a folder of that name, or a link that leads nowhere: else the paper's values would take its place unseen.
@@ -134,6 +137,8 @@ def load(
     for reader, values in layers:
         own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
+    if parts["acquire"].source == "bids":
+        dataset.complete(parts, origins)
     settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
     found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if not found:

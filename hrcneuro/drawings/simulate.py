@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.contract import Caption, Drawing, Drawings, Inputs, Of, Read
+from hrcneuro.contract import EVIDENCE, SWEEP, Caption, Drawing, Drawings, Inputs, Of, Read
 
 # Axes of a sweep whose usual value is that of an option.
 _USUAL = ("events", "subtasks", "chosen", "alpha", "tau")
@@ -45,6 +45,16 @@ def draw_sweep(config: Any, files: Inputs, out: Path) -> None:
     )
 
 
+def draw_evidence(config: Any, files: Inputs, out: Path) -> None:
+    """Draw the sessions of people beside what was foretold of them."""
+    from hrcneuro.figures import evidence
+    from hrcneuro.io.tables import read_table
+
+    names = ("sessions", "guesses", "predicted", "design")
+    tables = {name: read_table(files.path("simulate", f"{name}.parquet")) for name in names}
+    evidence.draw(**tables, path=out / "evidence.png")
+
+
 DRAWINGS = Drawings(
     name="simulate",
     libraries=("matplotlib", "numpy", "pandas", "pyarrow"),
@@ -68,16 +78,31 @@ DRAWINGS = Drawings(
         options=(),
         draw=draw,
     ),
-    sweep=Drawing(
-        captions={
-            "sweep.png": Caption(
-                "How good must a decoder be? Learning over the values swept, with 95 % Monte-Carlo bands where one "
-                "axis varies, and minutes until 80 % of the choices are right",
-                "Design sweep",
-            ),
-        },
-        reads=(Read("simulate", ("*.parquet",)),),
-        options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),
-        draw=draw_sweep,
-    ),
+    sides={
+        SWEEP: Drawing(
+            captions={
+                "sweep.png": Caption(
+                    "How good must a decoder be? Learning over the values swept, with 95 % Monte-Carlo bands where one "
+                    "axis varies, and minutes until 80 % of the choices are right",
+                    "Design sweep",
+                ),
+            },
+            reads=(Read("simulate", ("*.parquet",)),),
+            options=tuple(f"simulate.{name}" for name in (*_USUAL, "episodes", "sweep", "sweep_learner")),
+            draw=draw_sweep,
+        ),
+        EVIDENCE: Drawing(
+            captions={
+                "evidence.png": Caption(
+                    "A closed loop with people (Ehrlich & Cheng 2018): right guesses in the last ten of 50 trials by "
+                    "the online decoder's accuracy (a point a session; means with 95 % intervals over people) beside "
+                    "what was foretold, as a session goes on, and foretold against seen",
+                    "Evidence",
+                ),
+            },
+            reads=(Read("simulate", ("*.parquet",)),),
+            options=(),
+            draw=draw_evidence,
+        ),
+    },
 )

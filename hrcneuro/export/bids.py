@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 CLEAN = Path("derivatives") / "hrcneuro"
 FIF = Path("derivatives") / "mne"
 _MARK = "hrcneuro"
+_SCALE = 2.0**20
+_RESOLUTION_UV = 1e6 / _SCALE  # 0.95367431640625, exactly
 _ADDRESS = "https://doi.org/10.1371/journal.pone.0287958"
 
 
@@ -190,6 +192,7 @@ def _write_recording(raw: mne.io.BaseRaw, root: Path, subject: Subject, *, task:
                 cure="look at channels and markers: hrcneuro acquire --inspect",
             ) from error
     base = root / f"sub-{label(name)}" / "eeg" / where.basename
+    _keep_every_bit(base, raw)
     # pybv's format says nothing of who made the amplifier, whatever mne-bids infers from it.
     _amend(base, EEGReference=reference, Manufacturer="n/a", **({"HrcneuroOrigin": origin} if origin else {}))
     if origin:
@@ -197,6 +200,28 @@ def _write_recording(raw: mne.io.BaseRaw, root: Path, subject: Subject, *, task:
         header = base.with_name(f"{base.name}_eeg.vhdr")
         write_text(header, f"{header.read_text(encoding='utf-8').rstrip()}\n{origin}\n")
     return base
+
+
+def _keep_every_bit(base: Path, raw: mne.io.BaseRaw) -> None:
+    """Write the samples anew so that whoever reads them gets the very numbers of the recording, which are single ones.
+
+    A number of volts times a power of two is exact; the resolution in µV that belongs to it is written out in full.
+    """
+    import numpy as np
+
+    header = base.with_name(f"{base.name}_eeg.vhdr")
+    lines = header.read_text(encoding="utf-8").splitlines()
+    rows = [i for i, line in enumerate(lines) if re.fullmatch(r"Ch\d+=.*,0\.1,µV", line)]
+    if not rows:
+        return
+    data = header.with_suffix(".eeg")
+    samples = np.fromfile(data, "<f4").reshape(raw.n_times, len(raw.ch_names))
+    for i in rows:
+        lines[i] = lines[i].replace(",0.1,µV", f",{_RESOLUTION_UV!r},µV")
+        channel = int(lines[i].partition("=")[0].removeprefix("Ch")) - 1
+        samples[:, channel] = raw.get_data(picks=[channel])[0] * _SCALE
+    samples.tofile(data)
+    write_text(header, "\n".join(lines) + "\n")
 
 
 def _amend(base: Path, **values: Any) -> None:

@@ -25,7 +25,7 @@ def describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> No
     sample = known["onset_sample"].astype("int64")
     rows = pd.DataFrame(
         {
-            "onset": sample / raw.info["sfreq"],
+            "onset": known["onset_s"].astype(float),
             "duration": known["t_f_s"].astype(float) if "t_f_s" in used else 0.0,
             "trial_type": known["event"],
             "sample": sample,
@@ -60,5 +60,6 @@ def _cell(value: Any) -> Any:
     if isinstance(value, bool) or type(value).__name__ == "bool":
         return "true" if value else "false"
     if isinstance(value, float):
-        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e12 else f"{value:.6g}"
+        # As many digits as it takes to read the same number back.
+        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e12 else repr(float(value))
     return value

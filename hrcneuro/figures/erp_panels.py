@@ -132,6 +132,42 @@ def of_group(contrasts: Sequence[GroupPanel], shown: PanelSettings) -> list[Pane
     return panels
 
 
+@dataclass(frozen=True)
+class CoefficientPanel:
+    """A coefficient of a regression, of one subject or of the group.
+
+    Attributes:
+        title: Above the panel.
+        map: Its values, and where they are significant.
+        sd: Over subjects, ndarray, shape (n_channels, n_times), µV; NaN of one.
+    """
+
+    title: str
+    map: SignificanceMap
+    sd: Floats
+
+
+def of_coefficients(coefficients: Sequence[CoefficientPanel], shown: PanelSettings) -> list[Panel]:
+    """Return a panel a coefficient, its wave with the confidence interval."""
+    hues = colours([one.title.partition(": ")[2] for one in coefficients])
+    panels = []
+    for one in coefficients:
+        n, name = one.map.n, one.title.partition(": ")[2]
+        significant = one.map.significant if one.map.tested else None
+        half = np.full(one.map.difference.shape[1], np.nan)
+        if n > 1:
+            half = half_interval(one.sd[shown.row] / np.sqrt(n), n - 1.0, confidence=shown.confidence)
+        panels.append(
+            Panel(
+                one.title,
+                [Trace(name, one.map.difference[shown.row], half, hues[name])],
+                _maps(one.map.difference, significant, shown, shown.gap_s),
+                None if significant is None else significant[shown.row],
+            )
+        )
+    return panels
+
+
 def _maps(
     values: Floats, significant: NDArray[np.bool_] | None, shown: PanelSettings, stop_s: float
 ) -> list[Topography]:

@@ -29,6 +29,16 @@ LIMITS: dict[str, AxisLimits] = {
     "period": AxisLimits(0, 100_000, whole=True),
 }
 
+WIDE: dict[str, tuple[float, ...]] = {
+    "accuracy": (51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0, 62.0, 65.0, 70.0, 75.0, 80.0),
+    "subtasks": (2.0, 4.0, 6.0, 8.0, 10.0),
+    "alpha": (0.01, 0.02, 0.05, 0.1, 0.2),
+    "tau": (0.05, 0.1, 0.3),
+    "events": (5.0, 10.0, 20.0),
+    "period": (0.0, 20.0, 40.0),
+}
+"""A grid for who asks for a sweep without naming one: 10,125 cells."""
+
 
 @dataclass(frozen=True, order=True)
 class GridPoint:

@@ -9,6 +9,7 @@ from hrcneuro import published
 from hrcneuro.contract import option
 
 MOST_SUBTASKS = 32
+PARTNERS = (FIXED, ADAPTING) = ("fixed", "adapting")
 LEARNERS = ("paper", "votes", "confidence", "bayes", "bayes_graded", "forgetting", "adaptive")
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from hrcneuro import drawings, stages
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, OF_ALL, SWEEP, is_piece
+from hrcneuro.contract import ASKED_BY, GROUP, OF_ALL, is_piece
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.pipeline import graph, swept, walk
+from hrcneuro.pipeline import graph, sides, walk
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.workdir import Workdir, refuse_dropped
@@ -19,9 +19,9 @@ _LAST = "--last (in Python last=True) takes what ran last, whatever its configur
 
 def whole(settings: Settings, workdir: Workdir) -> list[Item]:
     """Return how the numbers of the whole study stand; nothing runs."""
-    known = swept.remembered(settings, workdir)
+    known = sides.remembered(settings, workdir)
     tasks = graph.closure(known, graph.targets(known, known.stages, ()))
-    return swept.told(settings, walk.Run(known, workdir, tasks).plan())
+    return sides.told(settings, walk.Run(known, workdir, tasks).plan())
 
 
 def standing(settings: Settings, workdir: Workdir, stage: str, units: Iterable[str]) -> list[Item]:
@@ -29,7 +29,7 @@ def standing(settings: Settings, workdir: Workdir, stage: str, units: Iterable[s
 
     What a unit stands on comes before it.
     """
-    known = swept.remembered(settings, workdir)
+    known = sides.remembered(settings, workdir)
     tasks = [Task.of(stage, unit) for unit in units if unit in (*settings.study.subjects, *OF_ALL) or is_piece(unit)]
     return walk.Run(known, workdir, graph.closure(known, tasks)).plan() if tasks else []
 
@@ -46,11 +46,12 @@ def result(settings: Settings, workdir: Workdir, stage: str, unit: str) -> Item:
         ConfigError: The study has no such unit.
         DataError: It has not been computed; what is there of it was, with another configuration.
     """
-    if unit == SWEEP and not stages.load(stage).sweep:
+    side = unit in OF_ALL and unit != GROUP
+    if side and not stages.load(stage).side_of(unit):
         raise ConfigError(
-            f"{stage} has no sweep", cure=f"name a subject or group: hrcneuro status lists what {stage} has"
+            f"{stage} has no {unit}", cure=f"name a subject or group: hrcneuro status lists what {stage} has"
         )
-    if not (is_piece(unit) or unit == SWEEP or workdir.pointer(stage, unit)):
+    if not (is_piece(unit) or side or workdir.pointer(stage, unit)):
         graph.targets(settings, [stage], [unit])  # which says what is wrong with a name that nobody has
     items = standing(settings, workdir, stage, [unit])
     found = next((item for item in items if (item.stage, item.unit) == (stage, unit)), None)
@@ -95,7 +96,7 @@ def _pictures(settings: Settings, workdir: Workdir, name: str, unit: str) -> Ite
     Raises:
         DataError: They have not been drawn.
     """
-    known = swept.remembered(settings, workdir)
+    known = sides.remembered(settings, workdir)
     joint = name in drawings.JOINT
     wanted = graph.targets(known, known.stages, ()) if joint else [Task.of(name, unit)]
     numbers = graph.closure(known, wanted)
@@ -112,7 +113,7 @@ def _pictures(settings: Settings, workdir: Workdir, name: str, unit: str) -> Ite
 
 def _absent(workdir: Workdir, stage: str, unit: str, items: Sequence[Item]) -> DataError:
     """Return what is said where a unit's result is not there: why, what is there, and how to have either."""
-    own = {GROUP: "", SWEEP: " --sweep AXIS=VALUES"}.get(unit, f" {unit}")
+    own = ASKED_BY.get(unit, f" {unit}")
     command = f"hrcneuro {stage}{own}"
     failed = next((item.error for item in items if item.state is State.FAILED), None)
     if failed is not None:

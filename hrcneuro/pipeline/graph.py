@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from hrcneuro import drawings, stages
 from hrcneuro.cache.formats import Formats
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import GROUP, OF_ALL, SWEEP, Drawing, Of, Reads
+from hrcneuro.contract import GROUP, OF_ALL, Drawing, Of, Reads
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.pipeline.workdir import FIGURES
 
@@ -77,8 +77,8 @@ def needs(settings: Settings, task: Task) -> Needs:
     """Return the tasks that a stage's task reads from."""
     stage = stages.load(task.name)
     config = settings.sections[task.name]
-    if stage.sweep and stage.sweep.owns(config, task.unit):
-        parts = stage.sweep.parts(config) if task.unit == SWEEP else ()
+    if side := stage.side(config, task.unit):
+        parts = side.parts(config) if task.unit == side.unit else ()
         return {Task.of(task.name, part): Need(("*",)) for part in parts}
     work = stage.group if task.unit == GROUP else stage.subject
     return _resolved(settings, work.needed(config), task.unit) if work else {}
@@ -107,8 +107,7 @@ def targets(settings: Settings, names: Iterable[str], subjects: Iterable[str]) -
             tasks += [Task.of(name, s) for s in (subjects or everyone) if s != GROUP]
         if stage.group and (not subjects or GROUP in subjects):
             tasks.append(Task.of(name, GROUP))
-            if stage.sweep and stage.sweep.asked(settings.sections[name]):
-                tasks.append(Task.of(name, SWEEP))
+            tasks += [Task.of(name, side.unit) for side in stage.sides if side.asked(settings.sections[name])]
     return tasks
 
 
@@ -169,12 +168,12 @@ def pictures(settings: Settings, graph: Graph, *, joint: bool) -> dict[Task, Nee
         drawn = drawings.load(name)
         if drawn.subject:
             for task in graph:
-                if task.name == name and task.unit != GROUP and not _is_swept(settings, task):
+                if task.name == name and task.unit != GROUP and not _on_the_side(settings, task):
                     _allow(drawable, Task.drawing(name, task.unit), drawn.subject, settings, graph)
         if drawn.group:
             _allow(drawable, Task.drawing(name, GROUP), drawn.group, settings, graph)
-        if drawn.sweep:
-            _allow(drawable, Task.drawing(name, SWEEP), drawn.sweep, settings, graph)
+        for unit, drawing in drawn.sides.items():
+            _allow(drawable, Task.drawing(name, unit), drawing, settings, graph)
     return drawable
 
 
@@ -185,9 +184,8 @@ def _allow(allowed: dict[Task, Needs], task: Task, drawing: Drawing, settings: S
         allowed[task] = here
 
 
-def _is_swept(settings: Settings, task: Task) -> bool:
-    sweep = stages.load(task.name).sweep
-    return sweep is not None and sweep.owns(settings.sections[task.name], task.unit)
+def _on_the_side(settings: Settings, task: Task) -> bool:
+    return stages.load(task.name).side(settings.sections[task.name], task.unit) is not None
 
 
 def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
@@ -207,7 +205,7 @@ def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
 
 
 def drawing_of(task: Task) -> Drawing:
-    """Return the drawing that a task of pictures makes: a subject's, the group's or the sweep's."""
+    """Return the drawing that a task of pictures makes: a subject's, the group's or one on the side."""
     drawing = drawings.load(task.subject).of(task.unit)
     assert drawing is not None
     return drawing

@@ -22,7 +22,7 @@ from hrcneuro.cache.disk import explain_os_error
 from hrcneuro.cache.locks import PATIENCE_S
 from hrcneuro.cache.record import Record
 from hrcneuro.cache.store import Store
-from hrcneuro.contract import GROUP, SWEEP, Inputs
+from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError, StageError, of_the_system
 from hrcneuro.pipeline import second_cache
 from hrcneuro.pipeline.anonymous import anonymous
@@ -97,7 +97,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
     place = (job.task.name, job.task.unit, job.key)
-    call, libraries = work_of(job.task)
+    call, libraries = work_of(job.task, job.config)
     with store.workspace(*place) as work, _overhear() as overheard:
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
         # What libraries print goes to standard error: on standard output it would spoil --json.
@@ -134,13 +134,13 @@ def _overhear() -> Iterator[Callable[[], list[str]]]:
         logging.getLogger().removeHandler(handler)
 
 
-def work_of(task: Task) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
+def work_of(task: Task, config: Any) -> tuple[Callable[[Any, Inputs, Path], Any], tuple[str, ...]]:
     """Return what computes or draws a task, and the libraries that it rests on."""
     if task.draws:
         return drawing_of(task).draw, drawings.load(task.subject).libraries
     stage = stages.load(task.name)
-    if task.unit != GROUP and stage.sweep:
-        return (stage.sweep.join if task.unit == SWEEP else stage.sweep.run), stage.libraries
+    if side := stage.side(config, task.unit):
+        return side.work(task.unit), stage.libraries
     work = stage.group if task.unit == GROUP else stage.subject
     assert work is not None
     return work.run, stage.libraries

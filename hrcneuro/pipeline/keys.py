@@ -80,8 +80,11 @@ class Keys:
             parts["params"] = params(config)
             stage = stages.load(task.name)
             parts["libs"] = {**parts["libs"], **_packages(task, config)}
-            if stage.sweep and not stage.sweep.owns(config, task.unit):
-                parts["params"] = {k: v for k, v in parts["params"].items() if k not in stage.sweep.options}
+            own = stage.side(config, task.unit)
+            others = {name for side in stage.sides if side is not own for name in side.options}
+            parts["params"] = {k: v for k, v in parts["params"].items() if k not in others}
+            if kept := self.settings.last_sources.get((task.name, task.unit)):
+                return {**parts, "sources": dict(kept)}
             files = stage.sources(config, task.unit)
             if files:
                 parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}

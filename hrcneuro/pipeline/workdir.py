@@ -15,7 +15,7 @@ from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
 from hrcneuro.cache.store import Store
 from hrcneuro.cache.studies import Studies
-from hrcneuro.contract import GROUP, SWEEP
+from hrcneuro.contract import ASKED_BY
 from hrcneuro.errors import ConfigError, DataError
 
 # Of the name under which pictures are kept: those of the stage erp lie under erp.figures.
@@ -164,7 +164,7 @@ class Workdir:
     def _record(self, stage: str, unit: str) -> tuple[Path, Record]:
         """Return the folder and the record of the entry that the pointer names."""
         key = self.pointer(stage, unit)
-        what = {GROUP: "", SWEEP: " --sweep AXIS=VALUES"}.get(unit, f" {unit}")
+        what = ASKED_BY.get(unit, f" {unit}")
         cure = f"hrcneuro {stage.removesuffix(FIGURES)}{what}"
         if not key:
             raise DataError(f"{stage} of {unit} has not run in {self.folder}", cure=cure)
@@ -192,7 +192,7 @@ def refuse_dropped(folder: Path, stage: str, unit: str, name: str) -> None:
         DataError: It was.
     """
     if name in dropped(folder):
-        own = "" if unit == GROUP else f" {unit}"
+        own = ASKED_BY.get(unit, f" {unit}")
         raise DataError(
             f"{name} of {stage} of {unit} was dropped to save disk", cure=f"hrcneuro {stage}{own} makes it again"
         )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.contract import GROUP
+from hrcneuro.report import regression
 from hrcneuro.report import subjects as of_subjects
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.measured_decoding import guessing
@@ -290,6 +291,7 @@ _VALUES: dict[str, Callable[[Results], Values]] = {
     "epoch": _counts,
     "erp": _potentials,
     "ersp": _rhythms,
+    "rerp": regression.values,
     "decode": _decoding,
     "simulate": _milestones,
     "robot": _arms,

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hrcneuro import __version__, answers, drawings, published, stages
-from hrcneuro.contract import GROUP, OF_ALL, SWEEP
+from hrcneuro.contract import EVIDENCE, GROUP, OF_ALL, SWEEP
 from hrcneuro.figures.style import DPI
 from hrcneuro.report import chapters, glossary, markup, provenance, shelf, task
 from hrcneuro.report.album import Album
@@ -24,6 +24,7 @@ from hrcneuro.report.verdicts import AGREES, CHOSEN, DIFFERS, PLANTED, VERDICTS
 _PLURAL = {AGREES: "agree", CHOSEN: "agree, by our choice of reading", DIFFERS: "differ"}
 _FOLDED = ("erp.png", "erp_scenarios.png", "erp_strata.png", "ersp.png", "ersp_scenarios.png", "ersp_strata.png")
 _OF_GROUPS = {"erp": "erp.png", "ersp": "ersp.png"}
+_SIDES = {SWEEP: "How good must a decoder be?", EVIDENCE: "Did it come true? A closed loop with people"}
 _ONCE = ("reach.png",)  # the same for every subject
 
 
@@ -161,20 +162,22 @@ class _Page:
             "figures": [self._shown(f) for f in group if f not in (*appendix, *joint)],
             "joint": list(map(self._shown, joint)),
             "tables": chapters.tables(self.results, stage),
-            "sweep": self._sweep(stage),
+            "sides": [side for unit in _SIDES if (side := self._side(stage, unit))],
             "notes": provenance.plain(notes),
             "appendix": list(map(self._shown, appendix)),
             **self._subjects(stage),
         }
 
-    def _sweep(self, stage: str) -> dict[str, Any] | None:
-        """Return what a sweep's section shows; None where the stage has none that is up to date."""
-        summary = self.results.summary(stage, SWEEP)
+    def _side(self, stage: str, unit: str) -> dict[str, Any] | None:
+        """Return what the section of a result on the side shows; None where the stage has none that is up to date."""
+        summary = self.results.summary(stage, unit)
         if not summary:
             return None
         return {
-            "lines": [line.strip() for line in answers.lines(stage, SWEEP, summary, every=True)],
-            "figures": [self._shown(f) for f in self.figures[stage] if f.unit == SWEEP],
+            "anchor": unit,
+            "title": _SIDES[unit],
+            "lines": [line.strip() for line in answers.lines(stage, unit, summary, every=True)],
+            "figures": [self._shown(f) for f in self.figures[stage] if f.unit == unit],
         }
 
     def _subjects(self, stage: str) -> dict[str, Any]:

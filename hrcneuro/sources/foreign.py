@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from hrcneuro.sources import channels, layout, triggers
+from hrcneuro.sources import bids, channels, layout, triggers
 from hrcneuro.sources.events import select_events
+from hrcneuro.sources.formats import OPTIONS
 from hrcneuro.sources.joining import read_joined
 from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.recording import Recording
@@ -15,13 +16,14 @@ from hrcneuro.sources.sidecars import refuse_events_elsewhere
 
 
 def read(files: dict[str, Path], options: Source) -> Recording:
-    """Return the recording in a subject's files, as :func:`hrcneuro.sources.layout.recording_files` gives them.
+    """Return the recording in a subject's files, as :func:`hrcneuro.sources.layout.foreign_files` gives them.
 
     Raises:
         DataError, ConfigError: It cannot be read, or runs cannot be joined.
     """
-    xdf = {name: getattr(options, name) for name in ("stream", "stream_rate", "rate_tolerance")}
-    return read_joined(layout.recordings(files), **xdf)
+    if options.source == "bids":
+        return bids.read(files, options)
+    return read_joined(layout.recordings(files), **{name: getattr(options, name) for name in OPTIONS})
 
 
 def shape(recording: Recording, options: Source) -> None:
@@ -51,6 +53,6 @@ def events(recording: Recording, files: dict[str, Path], options: Source) -> pd.
         DataError, ConfigError: As :func:`hrcneuro.sources.events.select_events`; or the events stand in a table beside
             the recording.
     """
-    if recording.markers.empty and not recording.spans:
+    if options.source == "file" and recording.markers.empty and not recording.spans:
         refuse_events_elsewhere(files["recording"])
     return select_events(recording, options.event_map, least_gap_s=options.least_gap_s, twins=options.twins)

@@ -16,7 +16,7 @@ from hrcneuro.sources.recording import Recording
 from hrcneuro.sources.sidecars import sidecar_notes
 
 
-def read_joined(paths: list[Path], **xdf: Any) -> Recording:
+def read_joined(paths: list[Path], **options: Any) -> Recording:
     """Return the recordings in these files as one, with notes on what lies beside them unread.
 
     A file without a sample of the EEG is left out, with a warning, where another one has some: a recorder that is
@@ -24,7 +24,7 @@ def read_joined(paths: list[Path], **xdf: Any) -> Recording:
 
     Args:
         paths: In their order.
-        xdf: As :func:`hrcneuro.sources.formats.read_recording` takes it.
+        options: As :func:`hrcneuro.sources.formats.read_recording` takes them.
 
     Raises:
         DataError, ConfigError: One cannot be read, or they differ in kind.
@@ -33,7 +33,7 @@ def read_joined(paths: list[Path], **xdf: Any) -> Recording:
     empty: list[NoSamples] = []
     for path in paths:
         try:
-            found[path] = read_recording(path, **xdf)
+            found[path] = read_recording(path, **options)
         except NoSamples as error:
             empty.append(error)
     if empty and not found:

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.sources import experiments
-from hrcneuro.sources.formats import READABLE
+from hrcneuro.sources import bids_layout, experiments
+from hrcneuro.sources.formats import READABLE, is_recording
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.named import find_path, is_there
 from hrcneuro.sources.formats.statements import describing_files
+from hrcneuro.sources.parameters import Source
 from hrcneuro.sources.pointers import refuse_broken_link
 
 SUBJECT = "{subject}"
@@ -70,6 +71,18 @@ def _kept(log: Path) -> dict[str, Path]:
     """Return what an experiment kept beside its log: it decides how the log is read."""
     path = log.with_name(experiments.FILE)
     return {"kept": path} if path.is_file() else {}
+
+
+def foreign_files(options: Source, subject: str) -> dict[str, Path]:
+    """Return label -> file of a subject's recordings of any study, and of what goes with them.
+
+    Raises:
+        ConfigError, DataError: As :func:`recording_files` and :func:`hrcneuro.sources.bids_layout.files`.
+    """
+    if options.source == "bids":
+        chosen = {"tasks": options.tasks, "sessions": options.sessions, "runs": options.runs}
+        return bids_layout.files(options.path, subject, **chosen)
+    return recording_files(options.path, subject)
 
 
 def recording_files(pattern: str, subject: str) -> dict[str, Path]:
@@ -164,10 +177,14 @@ def recordings(files: dict[str, Path]) -> list[Path]:
 
 def _instead(path: Path, subject: str) -> str:
     """Return what to write for a folder: the recordings of the subject that lie in it."""
+    if path.suffix.lower() == ".mff":
+        return "export it from Net Station as simple binary (.raw), or save it as FIF with mne.io.read_raw_egi"
+    if path.is_dir() and any(path.glob("sub-*")) and (path / "dataset_description.json").is_file():
+        return f"it is a BIDS data set: acquire.source = 'bids', acquire.path = {str(path)!r}"
     if path.is_dir():
         inside = (f"sub-{subject}", subject, ".")
         under = (p for name in inside for p in sorted((path / name).rglob("*")) if (path / name).is_dir())
-        hit = next((p for p in under if p.name.lower().endswith(READABLE) and is_there(p)), None)
+        hit = next((p for p in under if is_recording(p) and is_there(p)), None)
         if hit is not None:
             # In sub-01_run-01 only the first is the subject.
             label = f"sub-{subject}" if f"sub-{subject}" in str(hit) else subject
@@ -249,7 +266,8 @@ def _subjects(pattern: str) -> list[str]:
 def _siblings(path: Path) -> str:
     if not path.parent.is_dir():
         return "nothing (the folder does not exist)"
-    return _span(sorted(p.name for p in path.parent.iterdir() if p.name.lower().endswith(READABLE)))
+    ending = path.suffix.lower()
+    return _span(sorted(p.name for p in path.parent.iterdir() if is_recording(p) or p.suffix.lower() == ending))
 
 
 def _span(names: list[str], most: int = 12) -> str:

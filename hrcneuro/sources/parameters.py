@@ -6,14 +6,22 @@ from dataclasses import dataclass, fields
 
 from hrcneuro.contract import option
 
-_READ = ("dataset", "file", "recording")
+_READ = ("dataset", "file", "bids", "recording")
 _SOURCES = {
     "path": (*_READ, "semisynthetic"),
     "recorded": (*_READ, "semisynthetic"),
     "onset_event": ("dataset", "recording"),
-    "event_map": ("file",),
-    "least_gap_s": ("file",),
-    "twins": ("file",),
+    "event_map": ("file", "bids"),
+    "least_gap_s": ("file", "bids"),
+    "twins": ("file", "bids"),
+    "tasks": ("bids",),
+    "sessions": ("bids",),
+    "runs": ("bids",),
+    "event_column": ("bids",),
+    "columns": ("file",),
+    "table_rate": ("file",),
+    "time_column": ("file",),
+    "marker_column": ("file",),
     "stream": ("file", "recording"),
     "stream_rate": ("file", "recording"),
     "rate_tolerance": ("file", "recording"),
@@ -30,21 +38,25 @@ class Source:
 
     source: str = option(
         "synthetic",
-        "dataset: the authors' repository; recording: a session of the study, XDF and log; file: any recording; "
-        "semisynthetic: real log, synthetic EEG; synthetic",
-        choices=("dataset", "recording", "file", "semisynthetic", "synthetic"),
+        "dataset: the authors' repository; recording: a session of the study, XDF and log; file: any recording; bids: "
+        "a BIDS data set; semisynthetic: real log, synthetic EEG; synthetic",
+        choices=("dataset", "recording", "file", "bids", "semisynthetic", "synthetic"),
     )
     path: str = option(
         "",
-        "data folder (dataset, semisynthetic), or recording with {subject} in it (recording: its folder); several that "
-        "fit * are joined",
+        "data folder (dataset, semisynthetic), root (bids), or recording with {subject} in it (recording: its folder); "
+        "several that fit * are joined",
         path=True,
         keyed=False,
     )
     onset_event: str = option(
         "", "dataset, recording: code of a movement onset (A+B: either); empty: by its text, else found by counting"
     )
-    event_map: dict[str, str] = option({}, "file: marker -> event name; empty: every marker is an event")
+    tasks: tuple[str, ...] = option((), "bids: labels of the tasks to read; none: the only one there is")
+    sessions: tuple[str, ...] = option((), "bids: labels of the sessions to read, joined; none: all")
+    runs: tuple[str, ...] = option((), "bids: labels of the runs to read, joined; none: all")
+    event_column: str = option("", "bids: column of events.tsv that names the events; empty: trial_type, else value")
+    event_map: dict[str, str] = option({}, "file, bids: marker -> event name; empty: every marker is an event")
     markers: str = option(
         "auto",
         "where markers come from: auto, annotations, channel (a trigger channel), or a channel's name; recording: "
@@ -54,10 +66,14 @@ class Source:
         0, "file: bits of a trigger channel's value that count (255: the lowest 8); 0: all", low=0, high=2**31 - 1
     )
     least_gap_s: float = option(
-        0.02, "file: markers of one name that follow closer are twins, one event marked twice", unit="s", low=0, high=1
+        0.02,
+        "file, bids: markers of one name that follow closer are twins, one event twice",
+        unit="s",
+        low=0,
+        high=1,
     )
     twins: str = option(
-        "refuse", "file: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
+        "refuse", "file, bids: what becomes of twins; merge: the first counts", choices=("refuse", "merge", "keep")
     )
     snap_s: float = option(
         0.1,
@@ -83,6 +99,10 @@ class Source:
         False, "you vouch that people were recorded; else what carries no mark of a simulation is of unknown origin"
     )
     reference: str = option("", "reference of the recording, for the record")
+    columns: tuple[str, ...] = option((), "table (CSV): the columns that are channels; acquire.unit is their unit")
+    table_rate: float = option(0.0, "table: sampling rate; 0: by time_column", unit="Hz", low=0, high=100000)
+    time_column: str = option("", "table: column of times in s; gaps in it are breaks")
+    marker_column: str = option("", "table: column of markers; numbers are a trigger channel, each text is a marker")
     stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
     stream_rate: str = option(
         "nominal",
@@ -91,7 +111,7 @@ class Source:
     )
     rate_tolerance: float = option(
         0.01,
-        "XDF: share by which the measured rate may differ before the nominal one is refused",
+        "XDF, table: share by which the measured rate may differ before the nominal one is refused",
         low=0,
         high=1,
         share=True,
@@ -100,7 +120,7 @@ class Source:
     @property
     def moves(self) -> bool:
         """Whether the trials are moves on the grid; those of any other recording are its events."""
-        return self.source != "file"
+        return self.source not in ("file", "bids")
 
     @classmethod
     def reading(cls) -> tuple[str, ...]:

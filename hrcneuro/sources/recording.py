@@ -30,7 +30,8 @@ class Recording:
         data: ndarray, shape (n_channels, n_times), V (stim channels: codes).
         ch_names, ch_types: The channels, in the order of the rows.
         sfreq: Sampling rate, in Hz.
-        markers: Columns onset_s (from the first sample, not rounded to one) and event, in order of time.
+        markers: Columns onset_s (from the first sample, not rounded to one) and event, in order of time; further ones
+            are of the trial table, as text.
         breaks_s: Where a new segment begins, the first one left out.
         named_breaks: Those breaks that only a marker's name tells, as (break_s, onset_s, text).
         spans: Stretches marked bad, as (onset_s, duration_s, text).
@@ -39,6 +40,7 @@ class Recording:
         bads: Channels marked bad beforehand.
         file_names: Name here -> name in the file, where they differ.
         shortened: Those names here that are the site in a longer label, and no name of the study's own.
+        reference: What the channels were recorded against, where a data set states it.
         notes: What a person may want to know of the reading, a sentence each.
         origins: Where it comes from, as far as that is known.
         warnings: What a person should be told at once, a sentence each.
@@ -58,6 +60,7 @@ class Recording:
     bads: list[str] = field(default_factory=list)
     file_names: dict[str, str] = field(default_factory=dict)
     shortened: frozenset[str] = frozenset()
+    reference: str = ""
     notes: list[str] = field(default_factory=list)
     origins: Origins = UNKNOWN
     warnings: list[str] = field(default_factory=list)

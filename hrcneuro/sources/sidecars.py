@@ -1,4 +1,7 @@
-"""BIDS's tables beside a recording: they are not read, and this says so where they would decide something."""
+"""BIDS's tables beside a recording that is read by itself: they are not read, and this says so where they would count.
+
+``acquire.source = "bids"`` reads them (:mod:`hrcneuro.sources.bids`).
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ def refuse_events_elsewhere(path: Path) -> None:
         return
     raise DataError(
         f"{path.name} has no events of its own; {events.name} beside it has {len(_rows(events))}, and is not read",
-        cure="join them by mne_bids.read_raw_bids, save that as FIF (raw.save), and name that file in acquire.path",
+        cure="acquire.source = 'bids' reads it: set acquire.path to the root of the data set",
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Stage
 
-NAMES = ("acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot", "calibrate")
+NAMES = ("acquire", "preprocess", "epoch", "erp", "ersp", "rerp", "decode", "simulate", "robot", "calibrate")
 
 
 def load(name: str) -> Stage:

@@ -81,10 +81,10 @@ def sources(config: Config, unit: str) -> dict[str, Path]:
     """
     if config.source == "synthetic":
         return {}
-    if config.source == "file":
-        return layout.recording_files(config.path, unit)
     if config.source == "recording":
         return layout.session_files(config.path, unit)
+    if not config.moves:
+        return layout.foreign_files(config, unit)
     return layout.dataset_files(config.path, unit, eeg=config.source == "dataset")
 
 
@@ -99,14 +99,15 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     acquired = _read(config, unit)
     signals, table = acquired.signals, acquired.table
     recording.check_signals(signals)
-    raw = recording.to_raw(signals, table.dropna(subset=["onset_sample"]), reference=_reference(config))
+    reference = _reference(config, signals)
+    raw = recording.to_raw(signals, table.dropna(subset=["onset_sample"]), reference=reference)
     write_raw(raw, out / f"{unit}_raw.fif")
     write_trials(table, out)
     if acquired.truth is not None:
         write_truth(acquired.truth, out)
     if acquired.onsets is not None:
         write_onsets(acquired.onsets, out)
-    return _summary(config, signals, table, channels.without_position(raw))
+    return _summary(config, signals, table, channels.without_position(raw), reference)
 
 
 def inspect(config: Config, unit: str) -> dict[str, Any]:
@@ -169,7 +170,7 @@ def _read(config: Config, unit: str) -> _Acquired:
         signals.origins = origin.vouched(signals.origins, config.recorded)
         table = study_trials(dataset.place(log, onsets.onset_s), unit, signals.sfreq)
         return _Acquired(signals, table, onsets=sessions.table(log, onsets, unit))
-    files = layout.recording_files(config.path, unit)
+    files = layout.foreign_files(config, unit)
     signals = foreign.read(files, config)
     foreign.shape(signals, config)
     events = foreign.events(signals, files, config)
@@ -245,17 +246,19 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
     inspection.attempt(view, lambda: foreign.shape(signals, config))
     if config.source == "recording":
         inspection.attempt(view, match)
-    if config.source == "file":
+    if not config.moves:
         inspection.attempt(view, lambda: foreign.events(signals, files, config))
     inspection.attempt(view, lambda: check_signals(signals))
     view["recording"] = inspection.view_recording(signals)
 
 
-def _reference(config: Config) -> str:
-    return config.reference or ("" if config.source == "file" else _MASTOIDS)
+def _reference(config: Config, signals: Recording) -> str:
+    return config.reference or signals.reference or (_MASTOIDS if config.moves else "")
 
 
-def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list[str]) -> dict[str, Any]:
+def _summary(
+    config: Config, signals: Recording, table: pd.DataFrame, lost: list[str], reference: str
+) -> dict[str, Any]:
     """Return what the report and a person want to know of the unit."""
     from hrcneuro.sources.matching import histogram
 
@@ -270,7 +273,7 @@ def _summary(config: Config, signals: Recording, table: pd.DataFrame, lost: list
         "rows": len(table),
         "bads": signals.bads,
         "breaks": len(signals.breaks_s),
-        "reference": _reference(config) or "not stated",
+        "reference": reference or "not stated",
         "without_position": lost,
         "notes": signals.notes,
         "absent": list(absent_markers(signals.absent).items()),
@@ -288,7 +291,7 @@ STAGE = Stage(
     name="acquire",
     title="Recordings",
     config=Config,
-    libraries=("numpy", "scipy", "pandas", "mne", "pymatreader", "pyxdf", "pyarrow"),
+    libraries=("numpy", "scipy", "pandas", "mne", "pymatreader", "pyxdf", "antio", "curryreader", "pyarrow"),
     check=check,
     subject=Work(run),
     sources=sources,

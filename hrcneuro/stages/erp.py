@@ -163,7 +163,7 @@ def _averages(
     start, stop = config.baseline_s
     means = None
     if config.overlap == "regress":
-        others = onsets.without_epoch(inputs, trials)
+        others, _ = onsets.without_epoch(inputs, trials)
         try:
             means = regressed_averages(trials.data, trials.onsets, np.stack(masks), others)
         except (ValueError, np.linalg.LinAlgError) as error:

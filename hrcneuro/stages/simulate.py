@@ -8,27 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import published
-from hrcneuro.contract import Inputs, Of, Read, Reads, Stage, Sweep, Work, option
+from hrcneuro.contract import EVIDENCE, SWEEP, Inputs, Of, Read, Reads, SideResult, Stage, Work, option
 from hrcneuro.learning.grid import LIMITS
-from hrcneuro.learning.params import LEARNERS, LearnerParams, RateParams, TaskParams, values_of
+from hrcneuro.learning.params import LEARNERS, PARTNERS, LearnerParams, RateParams, TaskParams, values_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from hrcneuro.analyses.empirical import Empirical
     from hrcneuro.learning.learner import Make
     from hrcneuro.learning.simulations import Curve, Variant
     from hrcneuro.learning.task import JointTask
 
-# A grid for who asks for a sweep without naming one: 10,125 cells.
-WIDE_SWEEP: dict[str, tuple[float, ...]] = {
-    "accuracy": (51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0, 62.0, 65.0, 70.0, 75.0, 80.0),
-    "subtasks": (2.0, 4.0, 6.0, 8.0, 10.0),
-    "alpha": (0.01, 0.02, 0.05, 0.1, 0.2),
-    "tau": (0.05, 0.1, 0.3),
-    "events": (5.0, 10.0, 20.0),
-    "period": (0.0, 20.0, 40.0),
-}
 # Ten times the wide one.
 MOST_CELLS = 100_000
 # So many take minutes, and are told before they start.
@@ -68,6 +59,13 @@ class Config(LearnerParams, TaskParams, RateParams):
     )
     sweep_learner: str = option("paper", "who learns in the sweep", choices=LEARNERS)
     sweep_repetitions: int = option(100, "restarts a cell of the sweep", low=2, high=100_000)
+    evidence: str = option(
+        "", "folder of the session logs of Ehrlich & Cheng 2018, a closed loop with people", path=True, keyed=False
+    )
+    evidence_partners: tuple[str, ...] = option(
+        PARTNERS, "who guesses in the simulated sessions beside the logged ones", choices=PARTNERS
+    )
+    evidence_repetitions: int = option(500, "simulated sessions beside each logged one", low=2, high=100_000)
 
 
 def check(config: Config) -> list[str]:
@@ -92,6 +90,10 @@ def check(config: Config) -> list[str]:
             mistakes.append(f"{name} = {list(values)} names one of them twice; allowed: each once")
     if config.learner_repetitions == 1:
         mistakes.append("learner_repetitions = 1 gives no confidence interval; allowed: 0 (none), or 2 and more")
+    if len(set(config.evidence_partners)) < max(len(config.evidence_partners), 1):
+        mistakes.append(
+            f"evidence_partners = {list(config.evidence_partners)}; allowed: one or both of {', '.join(PARTNERS)}"
+        )
     return mistakes + _check_sweep(config)
 
 
@@ -160,6 +162,37 @@ def run_sweep(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     write_table(table, out / "sweep.parquet", SWEEP)
     write_table(rows, out / "needed.parquet", NEEDED)
     return told(table, rows, config)
+
+
+def ready(config: Config) -> None:
+    """Refuse logs that are no evidence, before anything runs.
+
+    Raises:
+        DataError: As :func:`hrcneuro.sources.gaze_logs.read_sessions`.
+    """
+    if config.evidence:
+        from hrcneuro.sources.gaze_logs import read_sessions
+
+        read_sessions(config.evidence)
+
+
+def _logs(config: Config, unit: str) -> Mapping[str, Path]:
+    from hrcneuro.sources.gaze_layout import log_files
+
+    return log_files(config.evidence) if unit == EVIDENCE and config.evidence else {}
+
+
+def run_evidence(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
+    """Hold what is simulated against a closed loop with people; write the tables of the evidence."""
+    from hrcneuro.analyses.evidence import evidence
+    from hrcneuro.io.tables import write_table
+    from hrcneuro.sources.gaze_logs import read_sessions
+    from hrcneuro.tables import evidence as schemas
+
+    tables, told = evidence(read_sessions(config.evidence), config)
+    for name, table in tables.items():
+        write_table(table, out / f"{name}.parquet", getattr(schemas, name.upper()))
+    return told
 
 
 def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
@@ -271,7 +304,25 @@ STAGE = Stage(
     libraries=("numpy", "scipy", "pandas", "pyarrow"),
     check=check,
     group=Work(run_group, _group_reads),
-    sweep=Sweep(parts, run_part, run_sweep, options=("sweep", "sweep_learner", "sweep_repetitions")),
+    sides=(
+        SideResult(
+            SWEEP,
+            asked=lambda config: bool(parts(config)),
+            run=run_sweep,
+            options=("sweep", "sweep_learner", "sweep_repetitions"),
+            parts=parts,
+            run_part=run_part,
+        ),
+        SideResult(
+            EVIDENCE,
+            asked=lambda config: bool(config.evidence),
+            run=run_evidence,
+            options=("evidence", "evidence_partners", "evidence_repetitions"),
+            place="evidence",
+        ),
+    ),
+    sources=_logs,
     notes=notes,
+    ready=ready,
     moves=True,
 )

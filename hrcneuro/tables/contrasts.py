@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 Maps = Mapping[tuple[str, str], NDArray[Any]]
 
-_SCENARIO = {"scenario": Column("category", "", "value of the split column, or all")}
+SCENARIO = {"scenario": Column("category", "", "value of the split column, or all")}
 _STRATUM = {"stratum": Column("category", "", "trial column and its value: the trials that were taken")}
-_CONDITION = {**_SCENARIO, "condition": Column("category", "", "name of the condition")}
-_CONTRAST = {**_SCENARIO, "contrast": Column("category", "", "name of the contrast, plus - minus")}
-_CHANNEL = {"channel": Column("category", "", "EEG channel")}
+_CONDITION = {**SCENARIO, "condition": Column("category", "", "name of the condition")}
+_CONTRAST = {**SCENARIO, "contrast": Column("category", "", "name of the contrast, plus - minus")}
+CHANNEL = {"channel": Column("category", "", "EEG channel")}
 _FREQUENCY = {"frequency_hz": Column("float", "Hz", "centre of the wavelet")}
 _TRIALS = {
     "n": Column("int", "", "trials in the average"),
     "gap_s": Column("float", "s", "shortest time to the next onset among them; beyond it responses overlap"),
 }
-_SUBJECTS = {"n": Column("int", "", "subjects")}
-_TIME = {
+SUBJECTS = {"n": Column("int", "", "subjects")}
+TIME = {
     "start_s": Column("float", "s", "time of the first value of the lists, from the onset"),
     "step_s": Column("float", "s", "time from one value of the lists to the next"),
 }
@@ -41,7 +41,7 @@ _GRAND = {
     "mean_uv": Column("float32[]", "uV", "mean over subjects"),
     "sd_uv": Column("float32[]", "uV", "SD over subjects (n - 1); NaN with one"),
 }
-_TESTED = {
+TESTED = {
     "difference_uv": Column("float32[]", "uV", "mean over subjects of plus - minus"),
     "sd_uv": Column("float32[]", "uV", "SD of the differences (n - 1); NaN with one subject"),
     "t": Column("float32[]", "", "one-sample t of the differences; NaN with one subject"),
@@ -73,42 +73,42 @@ WAVEFORMS = Table(
     "one row a condition and channel, all scenarios together",
     {
         "condition": _CONDITION["condition"],
-        **_CHANNEL,
+        **CHANNEL,
         **_TRIALS,
-        **_TIME,
+        **TIME,
         "mean_uv": Column("float32[]", "uV", "mean over trials"),
         "error_uv": Column(
             "float32[]", "uV", "its standard error; NaN with one trial, and where overlap is regressed out"
         ),
     },
 )
-ERP = Table(1, "one row a scenario, condition and channel", {**_CONDITION, **_CHANNEL, **_SUBJECTS, **_TIME, **_GRAND})
+ERP = Table(1, "one row a scenario, condition and channel", {**_CONDITION, **CHANNEL, **SUBJECTS, **TIME, **_GRAND})
 ERP_STATS = Table(
     2,
     "one row a scenario, contrast and channel",
-    {**_CONTRAST, **_CHANNEL, **_SUBJECTS, **_TIME, **_TESTED, **_COMPARED, **_OWN},
+    {**_CONTRAST, **CHANNEL, **SUBJECTS, **TIME, **TESTED, **_COMPARED, **_OWN},
 )
 ERSP_SUBJECT = Table(
     1,
     "one row a scenario, condition, channel and frequency",
     {
         **_CONDITION,
-        **_CHANNEL,
+        **CHANNEL,
         **_FREQUENCY,
         **_TRIALS,
-        **_TIME,
+        **TIME,
         "magnitude_uv": Column("float32[]", "uV", "mean over trials of twice the wavelet's magnitude, no baseline"),
     },
 )
 ERSP = Table(
     1,
     "one row a scenario, condition, channel and frequency",
-    {**_CONDITION, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_GRAND},
+    {**_CONDITION, **CHANNEL, **_FREQUENCY, **SUBJECTS, **TIME, **_GRAND},
 )
 ERSP_STATS = Table(
     2,
     "one row a scenario, contrast, channel and frequency",
-    {**_CONTRAST, **_CHANNEL, **_FREQUENCY, **_SUBJECTS, **_TIME, **_TESTED, **_COMPARED},
+    {**_CONTRAST, **CHANNEL, **_FREQUENCY, **SUBJECTS, **TIME, **TESTED, **_COMPARED},
 )
 
 # The same within strata: averages of erp and ersp, tests of erp and ersp.
@@ -123,7 +123,7 @@ CHANNELS = Table(
     1,
     "one row an EEG channel",
     {
-        **_CHANNEL,
+        **CHANNEL,
         "x_m": Column("float", "m", "position in head coordinates; NaN where unknown"),
         "y_m": Column("float", "m", "as x_m"),
         "z_m": Column("float", "m", "as x_m"),
@@ -168,9 +168,9 @@ def write_waveforms(
         axes: ``channel`` and ``times``, each with its labels.
         path: The file.
     """
-    rows = [_keys(axes, condition=one.condition, n=one.n, gap_s=gap) for one, gap in zip(sets, gaps_s, strict=True)]
-    lists = {name: list(map(_flat, maps)) for name, maps in zip(("mean_uv", "error_uv"), waves, strict=True)}
-    _write(rows, lists, path, WAVEFORMS)
+    rows = [map_keys(axes, condition=one.condition, n=one.n, gap_s=gap) for one, gap in zip(sets, gaps_s, strict=True)]
+    lists = {name: list(map(flat_lists, maps)) for name, maps in zip(("mean_uv", "error_uv"), waves, strict=True)}
+    write_maps(rows, lists, path, WAVEFORMS)
 
 
 def write_grand(grand: Sequence[GrandAverage], axes: Mapping[str, Any], path: Path, table: Table) -> None:
@@ -182,9 +182,9 @@ def write_grand(grand: Sequence[GrandAverage], axes: Mapping[str, Any], path: Pa
         path: The file.
         table: :data:`ERP` or :data:`ERSP`.
     """
-    rows = [_keys(axes, scenario=one.scenario, condition=one.condition, n=one.n) for one in grand]
-    lists = {"mean_uv": [_flat(one.mean) for one in grand], "sd_uv": [_flat(one.sd) for one in grand]}
-    _write(rows, lists, path, table)
+    rows = [map_keys(axes, scenario=one.scenario, condition=one.condition, n=one.n) for one in grand]
+    lists = {"mean_uv": [flat_lists(one.mean) for one in grand], "sd_uv": [flat_lists(one.sd) for one in grand]}
+    write_maps(rows, lists, path, table)
 
 
 def write_tested(
@@ -211,16 +211,17 @@ def write_tested(
     constant: dict[str, Any] = {"subjects": subjects, "gap_s": gap_s}
     for i, one in enumerate(tested):
         keys = {"scenario": one.scenario, "contrast": one.name, "plus": one.plus, "minus": one.minus}
-        rows.append(_keys(axes, **keys, n=one.result.n, **constant))
-        values = _tested_values(one)
+        rows.append(map_keys(axes, **keys, n=one.result.n, **constant))
+        values = tested_values(one)
         for sign, average in zip(("plus", "minus"), own[i], strict=True) if own else ():
             values |= {f"{sign}_uv": average.mean, f"{sign}_error_uv": average.error}
         for name, value in values.items():
-            lists[name].append(_flat(value))
-    _write(rows, lists, path, table)
+            lists[name].append(flat_lists(value))
+    write_maps(rows, lists, path, table)
 
 
-def _tested_values(one: GroupContrast) -> dict[str, NDArray[Any]]:
+def tested_values(one: GroupContrast) -> dict[str, NDArray[Any]]:
+    """Return :data:`TESTED`'s columns of a map, each ndarray of the map's shape; without a test p is 1, t NaN."""
     result, shape = one.result, one.result.difference.shape
     test = result.test
     return {
@@ -246,15 +247,15 @@ def write_magnitudes(
 
     ``table`` is :data:`ERSP_SUBJECT` or :data:`ERSP_STRATA_SUBJECT`.
     """
-    one = _keys(axes)
+    one = map_keys(axes)
     keys = pd.concat([one] * len(maps), ignore_index=True)
     rows = [(scenario, condition, *trials[scenario, condition]) for scenario, condition in maps]
     for name, values in zip(("scenario", "condition", "n", "gap_s"), zip(*rows, strict=True), strict=True):
         keys[name] = np.repeat(np.array(values), len(one))
-    _write([keys], {"magnitude_uv": [_flat(value) for value in maps.values()]}, path, table)
+    write_maps([keys], {"magnitude_uv": [flat_lists(value) for value in maps.values()]}, path, table)
 
 
-def _keys(axes: Mapping[str, Any], **constant: Any) -> pd.DataFrame:
+def map_keys(axes: Mapping[str, Any], **constant: Any) -> pd.DataFrame:
     """Return the key columns of one map: every combination of its axes but time, in C order."""
     names = [name for name in axes if name != "times"]
     index = pd.MultiIndex.from_product([list(axes[name]) for name in names], names=names)
@@ -263,12 +264,14 @@ def _keys(axes: Mapping[str, Any], **constant: Any) -> pd.DataFrame:
     return index.to_frame(index=False).assign(start_s=times[0], step_s=step, **constant)
 
 
-def _flat(value: NDArray[Any]) -> NDArray[Any]:
+def flat_lists(value: NDArray[Any]) -> NDArray[Any]:
+    """Return a map as lists over time, ndarray, shape (n_rows, n_times), in single precision unless it is of truth."""
     flat = value.reshape(-1, value.shape[-1])
     return flat if flat.dtype == bool else flat.astype(np.float32)
 
 
-def _write(rows: list[pd.DataFrame], lists: Mapping[str, list[NDArray[Any]]], path: Path, table: Table) -> None:
+def write_maps(rows: list[pd.DataFrame], lists: Mapping[str, list[NDArray[Any]]], path: Path, table: Table) -> None:
+    """Write maps: their rows' key columns, and the lists of all rows, name -> one block a map."""
     keys = (
         pd.concat(rows, ignore_index=True)
         if rows

@@ -56,7 +56,7 @@ def read_magnitudes(path: Path) -> SubjectMaps:
     if expected != list(zip(keys["channel"], keys["frequency_hz"], strict=True)):
         raise DataError(f"{path.name}: its rows are not complete", cure="rerun the stage ersp with --force")
     blocks = values.reshape(len(firsts), len(channels), len(frequencies), -1)
-    axes = {"channel": channels, "frequency_hz": frequencies, "times": _times(firsts, values.shape[1])}
+    axes = {"channel": channels, "frequency_hz": frequencies, "times": times_of(firsts, values.shape[1])}
     labels = zip(_labels(firsts), firsts["condition"], strict=True)
     return SubjectMaps(dict(zip(labels, blocks, strict=True)), axes, float(firsts["gap_s"].min()))
 
@@ -92,7 +92,7 @@ def read_waveforms(path: Path) -> Waveforms:
     names = list(firsts["condition"])
     return Waveforms(
         channels,
-        _times(firsts, means.shape[-1]),
+        times_of(firsts, means.shape[-1]),
         dict(zip(names, map(int, firsts["n"]), strict=True)),
         dict(zip(names, means, strict=True)),
         dict(zip(names, errors, strict=True)),
@@ -139,7 +139,7 @@ def read_tested(path: Path) -> GroupMaps:
     if not len(keys):
         return GroupMaps({}, {}, 0, float("nan"))
     difference, significant = (read_lists(path, name) for name in ("difference_uv", "significant"))
-    times = _times(keys, difference.shape[1])
+    times = times_of(keys, difference.shape[1])
     maps: dict[Key, SignificanceMap] = {}
     conditions: dict[Key, tuple[str, str]] = {}
     for (scenario, contrast), part in keys.groupby([_labels(keys), keys["contrast"]], sort=False):
@@ -189,6 +189,7 @@ def _labels(keys: pd.DataFrame) -> pd.Series:
     return pd.Series(labels, index=keys.index, dtype=object)
 
 
-def _times(keys: pd.DataFrame, count: int) -> NDArray[np.float64]:
+def times_of(keys: pd.DataFrame, count: int) -> NDArray[np.float64]:
+    """Return the times of a table's lists, all of which begin alike, ndarray, shape (count,), s."""
     first = keys.iloc[0]
     return np.asarray(first["start_s"] + first["step_s"] * np.arange(count))

@@ -67,16 +67,18 @@ def study_trials(moves: pd.DataFrame, subject: str, sfreq: float | None) -> pd.D
 
 
 def event_trials(markers: pd.DataFrame, subject: str, sfreq: float) -> pd.DataFrame:
-    """Return one row a marker as the trial table; the columns of the paradigm are null.
+    """Return one row a marker as the trial table; columns of the paradigm that the markers do not have are null.
 
     Args:
-        markers: Columns onset_s and event, in order of time.
+        markers: Columns onset_s and event, in order of time; further columns of the table as text, as
+            :mod:`hrcneuro.sources.bids` has them.
         subject: Whose they are.
         sfreq: Sampling rate of the recording, in Hz.
     """
     onsets = markers["onset_s"].to_numpy(float)
     soa = np.append(np.diff(onsets), np.nan)[: len(onsets)]
-    return _complete(markers.assign(subject=subject, soa_s=soa), sfreq)
+    known = {name: _of_type(markers[name], one.type) for name, one in TRIALS.columns.items() if name in markers}
+    return _complete(pd.DataFrame({"soa_s": soa, **known}).assign(subject=subject), sfreq)
 
 
 def write_onsets(onsets: pd.DataFrame, out: Path) -> None:
@@ -87,6 +89,15 @@ def write_onsets(onsets: pd.DataFrame, out: Path) -> None:
 def write_trials(trials: pd.DataFrame, out: Path) -> None:
     """Write trials.parquet into the folder ``out``."""
     write_table(trials, out / "trials.parquet", TRIALS)
+
+
+def _of_type(values: pd.Series, kind: str) -> pd.Series:
+    """Return words as values of a column's type; what has a type already stays as it is."""
+    if values.dtype != object or kind == "category":
+        return values
+    if kind == "bool":
+        return values.map({"true": True, "false": False, None: None})
+    return pd.to_numeric(values).astype("Int64" if kind == "int" else float)
 
 
 def _complete(table: pd.DataFrame, sfreq: float | None) -> pd.DataFrame:

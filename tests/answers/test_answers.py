@@ -92,6 +92,36 @@ SUMMARIES = {
             "all  late     −3.46 µV at Cz, 412 ms, after the earliest next onset (400 ms)",
         ],
     ),
+    ("rerp", "s01"): (
+        {
+            **{"formula": "actor / takeover", "overlap": "regress", "trials": {"iC": 990}, "unknown": {"iC": 78}},
+            "coefficients": {
+                "iC": {
+                    "Intercept": {"nonzero": 990, "inflation": None, "peak": PEAK},
+                    "actor[robot]:takeover": {"nonzero": 151, "inflation": 2.31, "peak": PEAK},
+                }
+            },
+            "shortest_gap_s": None,
+        },
+        [
+            "potential ~ actor / takeover; overlap regressed out",
+            "trials: iC 990; with something unknown: iC 78",
+            "iC  actor[robot]:takeover  −3.46 µV at Cz, 412 ms; 151 trials not 0; variance inflation 2.3",
+            "iC  Intercept              −3.46 µV at Cz, 412 ms; 990 trials not 0",
+        ],
+    ),
+    ("rerp", "group"): (
+        {
+            **{"formula": "turn", "overlap": "keep", "subjects": ["s01"] * 11, "alpha": 0.05, "shortest_gap_s": 0.4},
+            "coefficients": {"iC": {"Intercept": TESTED, "turn": TESTED}, "sC": {"turn": UNTESTED}},
+        },
+        [
+            "potential ~ turn; overlap kept",
+            "iC  turn       −3.46 µV at Cz, 6 Hz, 412 ms, after the earliest next onset (400 ms); t = −4.12",
+            "sC  turn       −3.46 µV at Cz, 412 ms, after the earliest next onset (400 ms); not tested, n = 1",
+            "significant at 0.05 somewhere on the map: 1 of 1 coefficients (iC turn)",
+        ],
+    ),
     ("ersp", "group"): (
         {"subjects": ["s01"] * 11, "alpha": 0.05, "contrasts": {"all": {"RH-RR": TESTED}, "iC": {"RH-RR": UNTESTED}}},
         [

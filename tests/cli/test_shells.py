@@ -45,7 +45,7 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
         (
             ["epoch", "--set", "study.stages="],
             [
-                'study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "decode", "simulate", "robot", '
+                'study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "rerp", "decode", "simulate", "robot", '
                 '"calibrate"]'
             ],
         ),

@@ -82,7 +82,7 @@ def test_paths_of_a_file_are_taken_from_its_folder_and_stay_out_of_the_key(empty
             "[acquire]\nbads = ['nonsense']\nmontage = 'nonsense'\n",
             [
                 "2 mistakes",
-                "[acquire] bads is for source = 'dataset' or 'file' or 'recording'; source is 'synthetic'",
+                "[acquire] bads is for source = 'dataset' or 'file' or 'bids' or 'recording'; source is 'synthetic'",
                 "] montage is for",
             ],
         ),
@@ -142,7 +142,7 @@ def test_one_cause_is_one_mistake_whatever_it_breaks(empty, typed, told):
 def test_a_study_without_moves_leaves_out_what_is_about_them_unless_it_says_otherwise(empty):
     everything = config.load(None, folder=empty)
     assert everything.stages == tuple(name for name in stages.NAMES if not stages.load(name).on_demand)
-    assert set(stages.NAMES) - set(everything.stages) == {"calibrate"}
+    assert set(stages.NAMES) - set(everything.stages) == {"calibrate", "rerp"}
     asked = config.load(None, ['study.stages=["calibrate", "acquire"]'], folder=empty)
     assert asked.stages == ("acquire", "calibrate")
     assert everything.left_out == ()

@@ -45,7 +45,7 @@ def test_a_file_in_the_working_folder_comes_first_and_a_folder_does_not(tmp_path
 def test_a_name_that_nothing_has_is_refused_with_the_nearest():
     with pytest.raises(ConfigError, match="did you mean 'eeglab_sample'") as caught:
         settings.load(Path("eeglab_sampel"))
-    assert "eeglab_sample, logs, paper, smoke" in caught.value.cure
+    assert "eeglab_sample, logs, p300_emotiv, p300_muse, paper, smoke" in caught.value.cure
 
 
 def test_they_are_among_the_files_that_are_installed():

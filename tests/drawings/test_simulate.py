@@ -7,6 +7,7 @@ import pytest
 from hrcneuro.contract import Inputs
 from hrcneuro.drawings import simulate as drawing
 from hrcneuro.stages import simulate
+from tests.helpers import gaze_logs
 
 SMALL = simulate.Config(repetitions=20, episodes=12, period=5, learner_repetitions=10, sweep_repetitions=10)
 SWEEP = {"accuracy": (55.0, 80.0), "period": (0.0, 4.0), "alpha": (0.05, 0.2)}
@@ -35,14 +36,14 @@ def swept(folder, **axes):
     out = folder / "sweep"
     out.mkdir()
     simulate.run_sweep(config, Inputs.of("sweep", simulate=parts), out)
-    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.sweep.options}
+    options = {name.removeprefix("simulate.") for name in drawing.DRAWINGS.sides["sweep"].options}
     given = SimpleNamespace(simulate=SimpleNamespace(**{name: getattr(config, name) for name in options}))
     return given, Inputs.of("sweep", simulate=out)
 
 
 def drawn(config, files, out, which="group"):
     out.mkdir()
-    getattr(drawing.DRAWINGS, which).draw(config, files, out)
+    drawing.DRAWINGS.of(which).draw(config, files, out)
     return {p.name: p.read_bytes() for p in out.iterdir()}
 
 
@@ -59,6 +60,19 @@ def test_a_sweep_is_drawn_with_the_same_bytes_again(tmp_path):
     found = drawn(given, files, tmp_path / "one", "sweep")
     assert set(found) == {"sweep.png", "sweep.pdf"}
     assert drawn(given, files, tmp_path / "two", "sweep") == found
+
+
+@pytest.mark.parametrize("partners", [("fixed", "adapting"), ("adapting",)])
+def test_evidence_is_drawn_with_the_same_bytes_again_whoever_guesses(tmp_path, partners):
+    config = simulate.Config(evidence=str(tmp_path / "logs"), evidence_repetitions=5, evidence_partners=partners)
+    gaze_logs.write_study(tmp_path / "logs", subjects=2)
+    made = tmp_path / "evidence"
+    made.mkdir()
+    simulate.run_evidence(config, Inputs("evidence", {}), made)
+    files = Inputs.of("evidence", simulate=made)
+    found = drawn(None, files, tmp_path / "one", "evidence")
+    assert set(found) == {"evidence.png", "evidence.pdf"}
+    assert drawn(None, files, tmp_path / "two", "evidence") == found
 
 
 @pytest.mark.parametrize(

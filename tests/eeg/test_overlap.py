@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from hrcneuro.eeg.evoked import averages
-from hrcneuro.eeg.overlap import OtherOnsets, regressed_averages
+from hrcneuro.eeg.overlap import regressed_averages
+from hrcneuro.eeg.regression import OtherOnsets
 
 SFREQ, FIRST, LENGTH = 100, -20, 141
 

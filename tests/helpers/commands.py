@@ -1,7 +1,18 @@
 """Every command, by its words."""
 
 COMMANDS = [
-    *(["acquire"], ["preprocess"], ["epoch"], ["erp"], ["ersp"], ["decode"], ["simulate"], ["robot"], ["calibrate"]),
+    *(
+        ["acquire"],
+        ["preprocess"],
+        ["epoch"],
+        ["erp"],
+        ["ersp"],
+        ["rerp"],
+        ["decode"],
+        ["simulate"],
+        ["robot"],
+        ["calibrate"],
+    ),
     *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
     *(
         ["cache", "ls"],

@@ -9,9 +9,9 @@ import pytest
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings, Shared, StudyOptions
-from hrcneuro.contract import Caption, Drawing, Drawings, Of, Read, Stage, Sweep, Work, option
+from hrcneuro.contract import Caption, Drawing, Drawings, Of, Read, SideResult, Stage, Work, option
 from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.pipeline import graph, swept, walk
+from hrcneuro.pipeline import graph, sides, walk
 from hrcneuro.pipeline.executors import Serial
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -42,7 +42,11 @@ class House:
             "source": toy("source", subject=Work(self.source)),
             "scale": toy("scale", subject=Work(self.scale, (Read("source", ("x.txt",)),))),
             "total": toy("total", group=Work(self.total, (Read("scale", ("*.txt",), Of.INCLUDED),))),
-            "long": toy("long", group=Work(self.short), sweep=Sweep(pieces, self.part, self.long, ("gain",))),
+            "long": toy(
+                "long",
+                group=Work(self.short),
+                sides=(SideResult("sweep", pieces, self.long, ("gain",), parts=pieces, run_part=self.part),),
+            ),
         }
 
     def draws(self, name):
@@ -330,13 +334,13 @@ def test_a_sweep_is_kept_in_pieces_and_leaves_the_group_as_it_is(house, workdir)
 
 
 def test_the_last_sweep_is_remembered_where_none_is_asked_for(house, workdir):
-    assert swept.remembered(settings(), workdir).sections["long"].gain == 1
+    assert sides.remembered(settings(), workdir).sections["long"].gain == 1
     bring(settings(long=2), workdir, names=("long",))
-    assert swept.remembered(settings(), workdir).sections["long"].gain == 2
-    assert swept.remembered(settings(long=3), workdir).sections["long"].gain == 3
+    assert sides.remembered(settings(), workdir).sections["long"].gain == 2
+    assert sides.remembered(settings(long=3), workdir).sections["long"].gain == 3
     pointer = workdir.results / "sweep" / "long.json"
     pointer.write_text(pointer.read_text().replace('"gain": 2', '"gain": "two"'))
-    assert swept.remembered(settings(), workdir).sections["long"].gain == 1
+    assert sides.remembered(settings(), workdir).sections["long"].gain == 1
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from bids_files import recording
 
 pytest.importorskip("mne_bids", reason="needs the extra bids")
 
@@ -62,6 +63,96 @@ def test_mne_bids_reads_back_the_recording_and_its_moves(bids, smoke):
     np.testing.assert_allclose(raw.get_data(), ours.get_data(), atol=1e-11)
     moves = study.trials("s01").dropna(subset=["onset_sample"])
     np.testing.assert_array_equal(np.rint(raw.annotations.onset * raw.info["sfreq"]), moves["onset_sample"])
+
+
+def test_what_was_exported_comes_back_equal_to_the_last_bit(hrcneuro, bids, smoke, tmp_path):
+    import pandas as pd
+
+    import hrcneuro as package
+
+    given = ("--set", "acquire.source=bids", "--set", f"acquire.path={bids}", "--workdir", tmp_path)
+    done = hrcneuro("acquire", "--no-figures", *given)
+    assert done.code == 0, done.err
+    before, after = package.open(smoke, "smoke"), package.open(tmp_path, last=True)
+    for subject in ("s01", "s02", "s03"):
+        one, two = before.raw(subject), after.raw(subject)
+        assert one.get_data().tobytes() == two.get_data().tobytes()
+        assert one.annotations == two.annotations
+        assert one.ch_names == two.ch_names
+        assert one.get_channel_types() == two.get_channel_types()
+        places = [[channel["loc"] for channel in raw.info["chs"]] for raw in (one, two)]
+        np.testing.assert_array_equal(*places)
+        moves = before.trials(subject).dropna(subset=["onset_sample"]).reset_index(drop=True)
+        pd.testing.assert_frame_equal(moves, after.trials(subject))
+    kept = [study.summary("acquire", "s01") for study in (before, after)]
+    assert kept[0]["origin"] == kept[1]["origin"]
+    assert kept[0]["reference"] == kept[1]["reference"]
+
+
+OWN = '[acquire]\nsource = "bids"\npath = "data"\n[conditions]\ntarget = "event == \'target\'"\n'
+OWN += "standard = \"event == 'standard'\"\n"
+
+
+@pytest.fixture
+def oddball(tmp_path):
+    """A data set of three subjects with two sessions, and a study that says what its conditions are, no more."""
+    for subject in range(1, 4):
+        for session in (1, 2):
+            name = f"sub-{subject:02d}_ses-{session}_task-odd"
+            recording(tmp_path / "data", name, seed=10 * subject + session, seconds=45)
+    (tmp_path / "hrcneuro.toml").write_text(OWN)
+    return tmp_path
+
+
+def test_a_data_set_of_others_runs_with_no_other_setting_than_conditions(hrcneuro, oddball):
+    done = hrcneuro("run", "--no-figures", "-j", "1", "--json", cwd=oddball)
+    assert done.code == 0, done.err
+    found = {(item["stage"], item["unit"]): item["summary"] for item in done.json["items"]}
+    assert {unit for stage, unit in found if stage == "acquire"} == {"01", "02", "03"}
+    for subject in ("01", "02", "03"):
+        assert found["acquire", subject]["breaks"] == 1
+        assert found["acquire", subject]["duration_s"] == 90
+    # The planted wave is found: 15 µV over Pz, in every subject.
+    best = found["decode", "group"]["all"]["target-standard"]
+    assert best["bacc"] > 60
+    assert "an oddball" in next((oddball / "results" / "reports").glob("*/report.html")).read_text()
+
+
+@pytest.mark.parametrize(
+    ("harm", "message"),
+    [
+        (lambda home: next(home.glob("*_events.tsv")).unlink(), "has no table of events"),
+        (lambda home: swapped(home, "µV", "furlong"), "'furlong', which is no voltage"),
+        (lambda home: swapped(home, "EOG1", "EOG2"), "do not go together"),
+    ],
+)
+def test_a_fault_of_one_recording_is_told_before_anything_runs(hrcneuro, oddball, harm, message):
+    harm(oddball / "data" / "sub-03" / "ses-2" / "eeg")
+    for command in (("run", "--no-figures"), ("config", "check")):
+        done = hrcneuro(*command, cwd=oddball)
+        assert done.code == 3
+        assert message in done.err
+        assert "cure: " in done.err
+    assert not list(oddball.rglob("*_raw.fif"))
+    # Who asks for another subject gets it.
+    done = hrcneuro("acquire", "01", "--no-figures", cwd=oddball)
+    assert done.code == 0, done.err
+
+
+def swapped(home, old, new):
+    path = next(home.glob("*_channels.tsv"))
+    path.write_text(path.read_text().replace(old, new))
+
+
+def test_a_root_that_is_none_is_told_and_a_folder_as_a_file_is_answered_with_the_source(hrcneuro, oddball):
+    done = hrcneuro("run", "--set", "acquire.path=nowhere", cwd=oddball)
+    assert done.code == 3
+    assert "nowhere does not exist" in done.err
+    text = OWN.replace('"bids"', '"file"') + '[study]\nsubjects = ["01"]\nexclude = []\nsplit = ""\n'
+    (oddball / "hrcneuro.toml").write_text(f"contrasts = {{}}\nproblems = {{}}\n{text}")
+    done = hrcneuro("acquire", "--no-figures", cwd=oddball)
+    assert done.code != 0
+    assert "it is a BIDS data set: acquire.source = 'bids'" in done.err
 
 
 def test_events_carry_the_trial_table_and_say_what_it_means(bids, smoke):

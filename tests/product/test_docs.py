@@ -116,12 +116,13 @@ def test_the_documented_tables_are_those_that_a_study_writes(generated, smoke):
         stage, unit = path.parts[-4:-2]
         # A table that is made with its picture lies beside it, and is the stage's for people.
         stage = stage.removesuffix(".figures")
-        place = f"{unit if unit in ('group', 'sweep') else 'sNN'}/{path.name}"
+        place = f"{unit if unit in ('group', 'sweep', 'evidence') else 'sNN'}/{path.name}"
         if not path.name.startswith("truth_"):
             written.setdefault(stage, {})[place] = describe(path)
     # Another test may have swept in the same study, or not; a part of a sweep is documented as the whole.
     written["simulate"].pop("sNN/sweep.parquet", None)
-    optional = {"simulate": {"sweep/sweep.parquet", "sweep/needed.parquet"}}
+    beside = ("sweep/", "evidence/")
+    optional = {"simulate": {name for name in generated.TABLES["simulate"] if name.startswith(beside)}}
     # What a study consists of only where it names it has a test of its own.
     on_demand = [stage for stage in generated.TABLES if stages.load(stage).on_demand]
     for stage, tables in generated.TABLES.items():

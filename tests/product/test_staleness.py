@@ -181,12 +181,13 @@ files = {}
 for source in needs:
     folder = where.artifact(source.name, source.unit)
     files.setdefault(source.name, {})[source.unit] = {p.name: p for p in folder.iterdir()}
-call, _ = job.work_of(task)
+options = keys.Keys(study, where).config(task)
+call, _ = job.work_of(task, options)
 if room == "drawings":
     # Writing the finished picture loads nothing of ours, and takes longer than all else.
     from matplotlib.figure import Figure
     Figure.savefig = lambda *_, **__: None
-call(keys.Keys(study, where).config(task), Inputs(unit, files), Path(out))
+call(options, Inputs(unit, files), Path(out))
 print(*sorted(m for m in sys.modules if m.startswith("hrcneuro.")))
 """
 # What the harness around a stage loads by itself, whichever the stage.

@@ -152,7 +152,10 @@ def test_what_cannot_be_simulated_is_said_with_a_cure_in_the_users_words(tmp_pat
     ("change", "message"),
     [
         ({"onset_event": "33025", "source": "file"}, "onset_event is for source = 'dataset' or 'recording'; source"),
-        ({"event_map": {"a": "b"}, "source": "dataset"}, "event_map is for source = 'file'; source is 'dataset'"),
+        (
+            {"event_map": {"a": "b"}, "source": "dataset"},
+            "event_map is for source = 'file' or 'bids'; source is 'dataset'",
+        ),
         ({"stream": "amp", "source": "dataset"}, "stream is for source = 'file' or 'recording'"),
         ({"channel_types": {"EOG1": "eoq"}, "source": "file"}, r"channel_types\.EOG1 = 'eoq' \(did you mean 'eog'\?\)"),
         ({"timing": TimingParams(t_f_min_s=2.0)}, r"t_f_min_s = 2 is above timing\.t_f_max_s = 1\.2"),
@@ -165,14 +168,20 @@ def test_contradictions_are_named(change, message):
 
 
 SET = {
-    "path": "data", "onset_event": "33025", "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
+    "path": "data", "onset_event": "33025",
+    "tasks": ("odd",), "sessions": ("1",), "runs": ("2",), "event_column": "value",
+    "event_map": {"a": "b"}, "markers": "channel", "trigger_mask": 255,
     "least_gap_s": 0.0, "twins": "merge", "snap_s": 0.2, "amp_delay_ms": 37.0,
     "channel_map": {"Fz": "Cz"},
     "channel_types": {"EOG1": "eog"}, "drop": ("Fz",), "bads": ("nonsense",), "montage": "none", "unit": "uV",
-    "recorded": True, "reference": "left earlobe", "stream": "amp",
+    "recorded": True, "reference": "left earlobe",
+    "columns": ("TP9",), "table_rate": 256.0, "time_column": "t", "marker_column": "m", "stream": "amp",
     "stream_rate": "measured", "rate_tolerance": 0.5,
 }  # fmt: skip
-FILE_ONLY = ("event_map", "stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask", "least_gap_s", "twins")
+TABLE_ONLY = ("columns", "table_rate", "time_column", "marker_column")
+BIDS_ONLY = ("tasks", "sessions", "runs", "event_column")
+STREAMS = ("stream", "stream_rate", "rate_tolerance", "markers", "trigger_mask")
+FILE_ONLY = ("event_map", "least_gap_s", "twins", *STREAMS, *TABLE_ONLY, *BIDS_ONLY)
 SESSION_ONLY = ("snap_s", "amp_delay_ms")
 MADE = {"source", "sfreq", "seed", "contaminated", "session", "timing", "eeg"}
 
@@ -195,9 +204,10 @@ def test_what_only_a_recording_from_a_file_uses_is_refused_where_the_recording_i
 
 def test_a_recording_from_a_file_takes_its_options():
     without = {
-        "file": ("onset_event", *SESSION_ONLY),
+        "file": ("onset_event", *SESSION_ONLY, *BIDS_ONLY),
+        "bids": ("onset_event", *SESSION_ONLY, *STREAMS, *TABLE_ONLY),
         "dataset": (*FILE_ONLY, *SESSION_ONLY),
-        "recording": ("event_map", "least_gap_s", "twins"),
+        "recording": ("event_map", "least_gap_s", "twins", *TABLE_ONLY, *BIDS_ONLY),
     }
     for source, names in without.items():
         theirs = {name: value for name, value in SET.items() if name not in names}

@@ -10,6 +10,7 @@ import pytest
 from hrcneuro.contract import Inputs, Of, Read
 from hrcneuro.errors import DataError
 from hrcneuro.io.tables import describe, read_table
+from hrcneuro.learning.grid import WIDE
 from hrcneuro.stages import simulate
 
 SMALL = simulate.Config(repetitions=20, episodes=12, period=5, learner_repetitions=10, sweep_repetitions=10)
@@ -144,7 +145,7 @@ def test_the_module_is_light():
 def test_the_wide_sweep_is_large_and_allowed():
     from hrcneuro.analyses.sweep import points
 
-    config = dataclasses.replace(SMALL, sweep=simulate.WIDE_SWEEP)
+    config = dataclasses.replace(SMALL, sweep=WIDE)
     assert "10,125 cells (accuracy 15 × subtasks 5" in simulate.notes(config)[0]
     assert simulate.notes(dataclasses.replace(SMALL, sweep={"accuracy": (55.0, 60.0)})) == []
     assert simulate.check(config) == []
@@ -161,7 +162,7 @@ def test_a_sweep_does_not_depend_on_how_it_is_cut(tmp_path):
     cut = pd.concat([part_table(config, i, 3) for i in range(3)], ignore_index=True)
     pd.testing.assert_frame_equal(whole, cut)
     assert simulate.parts(dataclasses.replace(config, sweep={})) == ()
-    assert len(simulate.parts(dataclasses.replace(config, sweep=simulate.WIDE_SWEEP))) == simulate.SWEEP_PARTS
+    assert len(simulate.parts(dataclasses.replace(config, sweep=WIDE))) == simulate.SWEEP_PARTS
 
 
 @pytest.fixture
@@ -218,9 +219,9 @@ def test_of_many_designs_those_one_step_from_the_usual_are_told(swept):
 
 def test_the_simulations_know_nothing_of_the_sweep():
     names = {f.name for f in dataclasses.fields(simulate.Config)}
-    assert set(simulate.STAGE.sweep.options) <= names
-    assert {name for name in names if name.startswith("sweep")} == set(simulate.STAGE.sweep.options)
-    assert not simulate.STAGE.sweep.asked(simulate.Config())
+    for side in simulate.STAGE.sides:
+        assert {name for name in names if name.startswith(side.unit)} == set(side.options)
+        assert not side.asked(simulate.Config())
 
 
 @pytest.mark.parametrize("change", [{"ddof": 1}, {"carry_over": True}])

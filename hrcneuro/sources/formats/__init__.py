@@ -28,17 +28,38 @@ _MODULES = {
     ".xdf": "xdf",
     ".xdfz": "xdf",
     ".xdf.gz": "xdf",
+    ".gdf": "gdf",
+    ".cnt": "cnt",
+    ".raw": "egi",
+    ".cdt": "curry",
+    ".nedf": "nedf",
+    ".dat": "dat",
+    ".csv": "table",
+    ".txt": "table",
+}
+_OPTIONS = {
+    "xdf": ("stream", "stream_rate", "rate_tolerance"),
+    "table": ("columns", "table_rate", "time_column", "marker_column", "unit", "rate_tolerance"),
 }
 READABLE = tuple(_MODULES)
 """The endings of the files that a user would open."""
+OPTIONS = tuple(dict.fromkeys(name for names in _OPTIONS.values() for name in names))
+"""The options of a study that a format has a use for while it is read."""
+_AMBIGUOUS = (".csv", ".txt", ".dat", ".raw")
 
 
-def read_recording(path: Path, **xdf: Any) -> Recording:
-    """Return the recording in a BrainVision, EEGLAB, FIF, EDF, BDF or XDF file.
+def is_recording(path: Path) -> bool:
+    """Return whether a file is one that a user would open, by its name alone; other things end like a table, too."""
+    return path.name.lower().endswith(READABLE) and not path.name.lower().endswith(_AMBIGUOUS)
+
+
+def read_recording(path: Path, **options: Any) -> Recording:
+    """Return the recording in a file of any format that can be read.
 
     Args:
         path: The file that a user would open, of an ending in :data:`READABLE`.
-        xdf: ``stream``, ``stream_rate`` and ``rate_tolerance``, as :func:`hrcneuro.sources.formats.xdf.read` has them.
+        options: Of those in :data:`OPTIONS`; each format takes what :func:`hrcneuro.sources.formats.xdf.read` and
+            :func:`hrcneuro.sources.formats.table.read` have, the others none.
 
     Raises:
         DataError: The file is a pointer, a broken link, truncated, unreadable or holds epochs instead of a recording.
@@ -47,6 +68,7 @@ def read_recording(path: Path, **xdf: Any) -> Recording:
         refuse_pointer(file)
     ending = next(e for e in READABLE if path.name.lower().endswith(e))
     module = import_module(f"hrcneuro.sources.formats.{_MODULES[ending]}")
-    recording: Recording = module.read(path, **xdf) if module.__name__.endswith("xdf") else module.read(path)
+    taken = _OPTIONS.get(_MODULES[ending], ())
+    recording: Recording = module.read(path, **{name: options[name] for name in taken if name in options})
     recording.origins = marked(statements(path))
     return recording

@@ -33,6 +33,18 @@ class Pieces:
         """Return the pieces of a recording without gaps."""
         return cls(np.zeros(1), np.zeros(1, int), np.zeros(1, bool), samples, sfreq)
 
+    @classmethod
+    def joined(cls, firsts: Sequence[int], samples: int, sfreq: float) -> Pieces:
+        """Return pieces of which each begins a segment, and between which no time is known to be lost.
+
+        Args:
+            firsts: The first sample of each, 0 among them.
+            samples: Samples in all.
+            sfreq: Sampling rate, in Hz.
+        """
+        at = np.array([first for first in firsts if 0 <= first < max(samples, 1)], int)
+        return cls(at / sfreq, at, at > 0, samples, sfreq)
+
     @property
     def breaks_s(self) -> list[float]:
         """Where a new segment begins, in s of samples, the first one left out."""

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.eeg import stamps as timestamps
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import DataError
 from hrcneuro.sources.channels import VOLTS
+from hrcneuro.sources.formats.extras import needed
 from hrcneuro.sources.formats.packed import unpacked
 from hrcneuro.sources.formats.reading import complaints, marker_name
 from hrcneuro.sources.formats.xdf_streams import (
@@ -112,12 +113,7 @@ def as_sent(path: Path, ids: list[int]) -> list[dict[str, Any]]:
 
 
 def _loaded(path: Path, **how: Any) -> tuple[list[dict[str, Any]], list[str]]:
-    try:
-        import pyxdf
-    except ImportError as error:
-        raise ConfigError(
-            "reading XDF needs pyxdf, which is not installed", cure="pip install 'hrcneuro[xdf]'"
-        ) from error
+    pyxdf = needed("pyxdf", "XDF", extra="xdf")
     with complaints("pyxdf") as said, unpacked(path) as file:
         try:
             streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False, **how)

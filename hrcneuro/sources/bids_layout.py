@@ -1,0 +1,246 @@
+"""A BIDS data set as it lies on disk: its subjects, and each one's recordings with the tables that go with them.
+
+No numeric library: every plan asks this, so that whatever a data set lacks is known before anything runs.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.formats.companions import companions
+from hrcneuro.sources.formats.named import find_path
+from hrcneuro.sources.formats.statements import describing_files
+from hrcneuro.sources.kinds import kind_of_type
+from hrcneuro.sources.pointers import refuse_broken_link
+from hrcneuro.sources.units import voltage_unit
+
+FORMATS = (".vhdr", ".edf", ".bdf", ".set")
+"""What BIDS allows of EEG."""
+_NO_WORD = ("", "n/a")
+_VOLTAGES = ("eeg", "eog", "ecg", "emg")
+Row = dict[str, str]
+
+
+def root_of(path: str) -> Path:
+    """Return the root of a data set.
+
+    Raises:
+        ConfigError: No path is configured.
+        DataError: There is no such folder, or no subject in it.
+    """
+    if not path:
+        raise ConfigError(
+            "acquire.path is empty; source = 'bids' needs the root of a BIDS data set",
+            cure='--set acquire.path=FOLDER, or path = "…" under [acquire]',
+        )
+    root = find_path(Path(path).expanduser())
+    if not root.is_dir():
+        raise DataError(
+            f"the BIDS data set {root} {'is a file' if root.exists() else 'does not exist'}",
+            cure="name its root, the folder that holds sub-…: acquire.path = 'FOLDER'",
+        )
+    if not any(root.glob("sub-*")):
+        above = next((one for one in root.absolute().parents if any(one.glob("sub-*/"))), None)
+        raise DataError(
+            f"{root} holds no subject (sub-…): it is not the root of a BIDS data set",
+            cure=f"name its root: acquire.path = '{above or 'FOLDER'}'",
+        )
+    return root
+
+
+def subjects(root: Path) -> tuple[str, ...]:
+    """Return the subjects of a data set that have EEG, in the order of participants.tsv, else of their names."""
+    have = {one.name.removeprefix("sub-") for one in root.glob("sub-*") if any(_candidates(one))}
+    listed = [name for name in participants(root) if name in have]
+    return (*listed, *sorted(have - set(listed), key=_by_number))
+
+
+def participants(root: Path) -> list[str]:
+    """Return the subjects that participants.tsv lists, in its order; none where there is no such table."""
+    table = root / "participants.tsv"
+    rows = read_rows(table) if table.is_file() else []
+    return [(row.get("participant_id") or "").removeprefix("sub-") for row in rows]
+
+
+def name_of(root: Path) -> str:
+    """Return the data set's own name; empty where it states none."""
+    return str(_json(root / "dataset_description.json").get("Name") or "").strip()
+
+
+def is_ours(root: Path) -> bool:
+    """Return whether hrcneuro wrote the data set: then its tables of events hold the trial table."""
+    made = _json(root / "dataset_description.json").get("GeneratedBy")
+    return isinstance(made, list) and any(isinstance(one, dict) and one.get("Name") == "hrcneuro" for one in made)
+
+
+def files(
+    path: str, subject: str, *, tasks: Sequence[str] = (), sessions: Sequence[str] = (), runs: Sequence[str] = ()
+) -> dict[str, Path]:
+    """Return label -> file of a subject: recordings in the order of sessions and runs, their companions and tables.
+
+    Labels are ``recording``, ``events``, ``channels``, ``electrodes`` and ``coordsystem``; of further recordings with a
+    number behind them, ``events 2``.
+
+    Args:
+        path: Root of the data set.
+        subject: Its label, without ``sub-``.
+        tasks, sessions, runs: Labels of those to take; none named: all, but several tasks are refused.
+
+    Raises:
+        ConfigError: A task, session or run is not there, or it is not said which of several tasks is meant.
+        DataError: There is no such subject, a recording has no events, or recordings do not go together.
+    """
+    root = root_of(path)
+    found = _chosen(root, subject, {"task": tasks, "ses": sessions, "run": runs})
+    out: dict[str, Path] = {}
+    tables: list[tuple[Path, list[Row]]] = []
+    for number, recording in enumerate(found, start=1):
+        mark = "" if number == 1 else f" {number}"
+        mine = {"recording": recording, **companions(recording), **describing_files(recording)}
+        mine |= {
+            kind: table for kind in ("events", "channels", "electrodes") if (table := beside(recording, kind, root))
+        }
+        if place := beside(recording, "coordsystem", root, ".json"):
+            mine["coordsystem"] = place
+        if "events" not in mine:
+            raise DataError(
+                f"{recording.relative_to(root)} has no table of events (…_events.tsv)",
+                cure="write one with the columns onset, duration and trial_type; where the recording holds its own "
+                "events, read it by acquire.source = 'file'",
+            )
+        if "channels" in mine:
+            tables.append((mine["channels"], _channels(mine["channels"])))
+        out |= {f"{label}{mark}": file for label, file in mine.items()}
+    _refuse_unequal(tables)
+    for file in out.values():
+        refuse_broken_link(file)
+    return out
+
+
+def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path | None:
+    """Return the table of a recording, its own or the nearest further up whose name says nothing else.
+
+    ``space-…`` in the name of a table counts for every recording.
+    """
+    parts = {*recording.name.partition(".")[0].split("_")}
+    for home in (one for one in recording.parents if one == root or root in one.parents):
+        fits = [one for one in sorted(home.glob(f"*{kind}{ending}")) if _entities(one, kind) <= parts]
+        if fits:
+            # The most specific one counts.
+            return max(fits, key=lambda one: len(_entities(one, kind)))
+    return None
+
+
+def _entities(table: Path, kind: str) -> set[str]:
+    parts = table.name.partition(".")[0].removesuffix(kind).split("_")
+    return {one for one in parts if one and not one.startswith("space-")}
+
+
+def read_rows(table: Path) -> list[Row]:
+    """Return the rows of a table of BIDS.
+
+    Raises:
+        DataError: A row has more cells than there are columns, or the table has none.
+    """
+    with table.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        header, *lines = list(csv.reader(file, delimiter="\t")) or [[]]
+    lines = [line for line in lines if line]
+    if not header or any(len(line) > len(header) for line in lines):
+        raise DataError(f"{table.name} is no table with tabs between its columns", cure="write it as BIDS has it")
+    rest = ["n/a"] * len(header)
+    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _candidates(home: Path) -> Iterator[Path]:
+    """Yield the recordings of a subject, of every session."""
+    for folder in (home / "eeg", *sorted(home.glob("ses-*/eeg"))):
+        for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+            stem, ending = path.name.partition(".")[0], path.suffix.lower()
+            if stem.endswith("_eeg") and ending in FORMATS:
+                yield path
+
+
+def _chosen(root: Path, subject: str, wanted: dict[str, Sequence[str]]) -> list[Path]:
+    home = root / f"sub-{subject}"
+    found = list(_candidates(home))
+    if not found:
+        have = subjects(root)
+        raise DataError(
+            f"{root} has no EEG of {subject!r} (sub-{subject}/…/eeg/…_eeg{'|'.join(FORMATS)})"
+            f"{did_you_mean(subject, have)}; subjects with EEG: {', '.join(have[:12]) or 'none'}",
+            cure="name a subject that is there (study.subjects, labels without sub-)",
+        )
+    for key, labels in wanted.items():
+        option = {"task": "tasks", "ses": "sessions", "run": "runs"}[key]
+        here = sorted({_entity(path, key) for path in found}, key=_by_number)
+        if lacking := [one for one in labels if one not in here]:
+            raise ConfigError(
+                f"acquire.{option} names {lacking[0]!r}{did_you_mean(lacking[0], [one for one in here if one])}; "
+                f"{subject} has {', '.join(one or '(none named)' for one in here)}",
+                cure=f"correct acquire.{option}",
+            )
+        if key == "task" and not labels and len(here) > 1:
+            raise ConfigError(
+                f"{subject} has recordings of several tasks: {', '.join(here)}",
+                cure=f"say which: acquire.tasks = ['{here[0]}']",
+            )
+        found = [path for path in found if not labels or _entity(path, key) in labels]
+    if not found:
+        raise ConfigError(
+            f"{subject} has no recording of all that acquire.tasks, acquire.sessions and acquire.runs name",
+            cure="leave one of them out",
+        )
+    return sorted(found, key=lambda path: [_by_number(_entity(path, key)) for key in ("ses", "task", "run")])
+
+
+def _entity(path: Path, key: str) -> str:
+    found = re.search(rf"(?:^|_){key}-([^_]+)", path.name)
+    return found[1] if found else ""
+
+
+def _by_number(label: str) -> list[tuple[int, str]]:
+    """Sort run 10 behind run 9."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", label) if part]
+
+
+def _channels(table: Path) -> list[Row]:
+    """Return the rows of channels.tsv; refuse a unit of EEG that is no voltage."""
+    rows = read_rows(table)
+    for row in rows:
+        unit = row.get("units", "n/a")
+        if kind_of_type(row.get("type", "")) in _VOLTAGES and unit.lower() not in _NO_WORD and not voltage_unit(unit):
+            raise DataError(
+                f"{table.name} gives {row['type']} channel {row.get('name')} the unit {unit!r}, which is no voltage",
+                cure="write V, mV, µV or nV there, or n/a: then the recording's own unit counts",
+            )
+    return rows
+
+
+def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:
+    """Refuse recordings of which one has other channels, or at another rate, than the first."""
+    for table, rows in tables[1:]:
+        first, of_first = tables[0]
+        for about in ("name", "type", "units", "sampling_frequency"):
+            one, two = ({row.get("name", ""): row.get(about, "n/a") for row in each} for each in (of_first, rows))
+            unlike = sorted(name for name in one | two if one.get(name) != two.get(name))
+            if unlike:
+                what = f"{unlike[0]}: {one.get(unlike[0], 'absent')} and {two.get(unlike[0], 'absent')}"
+                raise DataError(
+                    f"{first.name} and {table.name} do not go together: {len(unlike)} channels differ in {about}, the "
+                    f"first is {what}",
+                    cure="name those that do in acquire.sessions or acquire.runs, or correct the tables",
+                )

@@ -1,0 +1,144 @@
+"""A closed loop with people: the published logs' known figures, the learner that they replay, what was foretold."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hrcneuro.analyses import gaze_predictions, gaze_scores
+from hrcneuro.analyses.evidence import evidence
+from hrcneuro.sources.gaze_logs import read_sessions
+from hrcneuro.stages import simulate
+from tests.helpers import gaze_logs
+
+LOGS = Path(__file__).parents[2] / "../shared/data/coadaptation"
+
+
+@pytest.fixture(scope="module")
+def published():
+    if not LOGS.is_dir():
+        pytest.skip("the published session logs are not here (shared/data)")
+    return read_sessions(LOGS)
+
+
+def test_the_known_figures_of_the_published_logs(published):
+    rows, subjects = gaze_scores.session_rows(published), gaze_scores.subject_rows(published)
+    assert (len(published), len(rows), set(rows["trials"]), len(subjects)) == (64, 48, {50}, 16)
+    pooled = subjects["balanced"]
+    found = (pooled.mean(), pooled.std(), pooled.min(), pooled.max())
+    assert [round(x, 3) for x in found] == [0.757, 0.117, 0.505, 0.918]
+    by = rows.groupby("bin")[["first_right", "last_right"]].mean().round(2)
+    sizes = rows.groupby("bin").size()
+    known = {"< 0.60": (8, 0.38, 0.50), "0.60-0.75": (11, 0.43, 0.39), "0.75-0.85": (16, 0.34, 0.74)}
+    for interval, (n, first, last) in (known | {">= 0.85": (13, 0.45, 0.74)}).items():
+        assert (sizes[interval], *by.loc[interval]) == pytest.approx((n, first, last), abs=0.0051)
+    runs = rows.groupby("run")[["first_right", "last_right"]].mean()
+    assert runs.round(2).to_numpy().tolist() == [[0.34, 0.62], [0.40, 0.61], [0.45, 0.63]]
+
+
+def test_the_published_learner_comes_out_again_to_the_last_digit(published):
+    replayed = gaze_scores.Replay(published)
+    trials = replayed.rows()
+    told = gaze_scores.replay_summary(trials, replayed.paths_by_chance())
+    assert (told["rows"], told["rows_one"], told["rows_several"], told["unsolved"]) == (12800, 8641, 33, 0)
+    # What the search does not know agrees wherever it says something: the logged number, and that a gaze goes one way.
+    assert (told["whole"], told["whole_agree"]) == (717, 717)
+    assert (told["logged"], told["allowed"], told["disagreeing"]) == (2400, 2400, [])
+    assert (told["settled"], told["settled_paths"]) == (1535, 1535)
+    assert told["paths_by_chance"] < 0.25
+    # Half of the logs' last digit.
+    assert told["largest_difference"] < 5.0e-13
+    assert len(trials) == 3200
+
+
+def test_a_log_whose_transitions_were_altered_is_listed():
+    sessions = [gaze_logs.session("s03", 1, seed=2)[0]]
+    counts = gaze_scores.Replay(sessions).counts[0]
+    whole = next(i for i, one in enumerate(counts) if one.unique and not one.truncated)
+    assert sessions[0].transitions is not None
+    sessions[0].transitions[whole] += 5
+    replayed = gaze_scores.Replay(sessions)
+    told = gaze_scores.replay_summary(replayed.rows(), replayed.paths_by_chance())
+    number = int(counts[whole].least.sum())
+    assert told["disagreeing"] == [
+        {"subject": "s03", "run": 1, "trial": whole + 1, "transitions": number + 5, "counted": number}
+    ]
+    assert told["allowed"] == 49
+    assert told["whole_agree"] == told["whole"] - 1
+
+
+def test_looks_that_are_read_are_those_that_were():
+    one, counts = gaze_logs.session("s03", 1, seed=4)
+    reading = gaze_scores.Replay([one]).reading()
+    true = gaze_scores.looks(counts)
+    known = reading.known[0]
+    assert known.mean() > 0.9
+    away = np.abs(reading.looks[0] - true)[known].max(axis=1)
+    assert np.median(away) < 1e-12
+    assert away.max() < 0.35
+
+
+def test_a_resampled_person_brings_all_sessions():
+    people = gaze_scores.People(["a", "a", "b", "b"], seed=1)
+    assert people.mean(np.array([0.0, 0.0, 1.0, 1.0])) == (0.0, 1.0)
+    assert people.mean(np.array([0.0, 1.0, 0.0, 1.0])) == (0.5, 0.5)
+    assert people.mean(np.array([3.0, 3.0, 9.0, 9.0]), np.array([True, True, False, False])) == (3.0, 3.0)
+    assert people.count(np.array([True, False, False, False])) == 1
+    assert all(np.isnan(people.mean(np.ones(4), np.zeros(4, bool))))
+
+
+def test_guesses_are_as_far_above_chance_as_choices():
+    assert gaze_predictions.as_guesses([0.5, 0.4, 1.0]).tolist() == pytest.approx([1 / 3, 1 / 3, 1.0])
+    # The fewest of ten that are as good as 80 % of two.
+    good = float(gaze_predictions.as_guesses(0.8))
+    assert (gaze_predictions.SUCCESS - 1) / 10 < good <= gaze_predictions.SUCCESS / 10
+
+
+def test_a_prediction_that_comes_true_has_slope_one_and_no_bias():
+    people = gaze_scores.People([f"s{i // 3}" for i in range(30)], seed=0)
+    seen = np.linspace(0.2, 1.0, 30)
+    told = gaze_predictions.calibration(seen, seen, people)
+    assert [told[name]["value"] for name in ("slope", "bias", "error")] == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
+    timid = gaze_predictions.calibration(0.5 + (seen - 0.5) / 2, seen, people)
+    assert timid["slope"]["value"] == pytest.approx(2.0)
+    low = gaze_predictions.calibration(seen - 0.1, seen, people)
+    assert low["bias"]["value"] == pytest.approx(0.1)
+    assert low["bias"]["low"] == pytest.approx(0.1)
+
+
+def test_success_above_and_below_a_threshold():
+    people = gaze_scores.People(["a", "b", "c", "d"], seed=0)
+    told = gaze_predictions.success(np.array([0.9, 0.8, 0.6, 0.5]), np.array([0.8, 0.7, 0.7, 0.3]), 0.7, people)
+    assert (told["above"]["sessions"], told["above"]["well"], told["above"]["share"]) == (2, 1, 0.5)
+    assert (told["below"]["sessions"], told["below"]["well"], told["below"]["people"]) == (2, 0, 2)
+    # None of two people: the exact interval, as drawing among them again and again finds none.
+    assert told["below"]["low"] == 0.0
+    assert told["below"]["high"] == pytest.approx(1 - 0.025**0.5)
+    assert told["above"]["low"] <= 0.5 <= told["above"]["high"]
+
+
+def test_the_design_tool_asks_what_the_sweep_asks():
+    from hrcneuro.analyses import sweep
+
+    config = simulate.Config(
+        episodes=5, carry_over=True, sweep={"accuracy": (70.0, 80.0)}, sweep_repetitions=40, evidence_repetitions=40
+    )
+    swept = sweep.part_table(config, 0, 1)
+    tool = gaze_predictions.DesignTool(config)
+    rows = pd.DataFrame(tool.rows()).set_index("accuracy")
+    assert tool.guesses(np.array([0.7, 0.8])) == pytest.approx(gaze_predictions.as_guesses(swept["final"]))
+    assert rows.loc[80.0, "half_width"] == pytest.approx(4 / 3 * swept["final_half_width"].iloc[1])
+
+
+def test_all_of_it_on_simulated_people_is_the_same_again(tmp_path):
+    sessions = gaze_logs.write_study(tmp_path, subjects=2)
+    config = simulate.Config(evidence_repetitions=5, evidence_partners=("fixed",))
+    (tables, told), (again, also) = (evidence(sessions, config) for _ in range(2))
+    assert told == also
+    for name, table in tables.items():
+        pd.testing.assert_frame_equal(table, again[name])
+    assert set(tables["predicted"]["predictor"]) == {"eq3-6", "fixed"}
+    assert tables["sessions"]["adapting"].isna().all()
+    assert "gain" not in told["partners"]
+    assert told["replay"]["largest_difference"] < 1e-9

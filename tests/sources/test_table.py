@@ -1,0 +1,113 @@
+"""Recordings as tables: columns by name, unit and rate by the study's options, gaps and markers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.sources.formats import read_recording
+
+SFREQ = 250.0
+UV = np.random.default_rng(0).normal(0, 10, (2, 1000)).round(3)
+HOW = {"columns": ("TP9", "AF7"), "unit": "uV", "table_rate": SFREQ}
+
+
+def write(path, *, times=None, marks=None, head="", separator=",", uv=UV, names=("t", "TP9", "AF7", "Mark")):
+    times = np.arange(uv.shape[1]) / SFREQ if times is None else times
+    marks = [0] * uv.shape[1] if marks is None else marks
+    rows = [separator.join([f"{at:.6f}", *(f"{v:.3f}" for v in uv[:, i]), str(marks[i])]) for i, at in enumerate(times)]
+    path.write_text("\n".join([*head.splitlines(), separator.join(names), *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", ", "])
+@pytest.mark.parametrize("head", ["", "%OpenBCI Raw EXG Data\n%Sample Rate = 250 Hz\n"])
+def test_columns_unit_and_rate_are_the_study_s(tmp_path, separator, head):
+    recording = read_recording(write(tmp_path / "r.csv", separator=separator, head=head), **HOW)
+    assert (recording.ch_names, recording.ch_types, recording.sfreq) == (["TP9", "AF7"], ["eeg"] * 2, SFREQ)
+    np.testing.assert_allclose(recording.data, UV)  # volts only once the study's unit is applied
+    assert recording.markers.empty
+
+
+def test_numbers_in_the_marker_column_are_a_trigger_channel_and_texts_are_markers(tmp_path):
+    codes = [0] * 1000
+    codes[100], codes[400] = 1, 2
+    recording = read_recording(write(tmp_path / "c.csv", marks=codes), **HOW, marker_column="Mark")
+    assert recording.ch_types == ["eeg", "eeg", "stim"]
+    np.testing.assert_array_equal(recording.data[2], codes)
+    texts = [{100: "go", 400: "stop"}.get(i, "") for i in range(1000)]
+    recording = read_recording(write(tmp_path / "t.csv", marks=texts), **HOW, marker_column="Mark")
+    assert recording.markers.to_numpy().tolist() == [[0.4, "go"], [1.6, "stop"]]
+
+
+def test_a_gap_in_the_times_is_a_break_and_the_rate_may_be_the_one_of_the_clock(tmp_path):
+    times = np.arange(1000) / SFREQ + np.repeat([0, 1.5], 500)
+    path = write(tmp_path / "g.csv", times=times)
+    recording = read_recording(path, **HOW, time_column="t")
+    assert recording.breaks_s == [2.0]
+    assert any("gaps without rows: 1, 1.50 s" in note for note in recording.notes)
+    measured = read_recording(path, **{**HOW, "table_rate": 0.0}, time_column="t")
+    assert measured.sfreq == pytest.approx(SFREQ, rel=1e-4)
+
+
+def test_a_rate_that_the_clock_contradicts_is_refused(tmp_path):
+    path = write(tmp_path / "r.csv")
+    with pytest.raises(DataError, match=r"table_rate is 256 Hz, the rows came at 250\.000 Hz, 2\.3 % off"):
+        read_recording(path, **{**HOW, "table_rate": 256.0}, time_column="t")
+    assert read_recording(path, **{**HOW, "table_rate": 256.0}, time_column="t", rate_tolerance=0.03).sfreq == 256
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"columns": ()}, ConfigError, "acquire.columns is empty: .* They are t, TP9, AF7, Mark"),
+        ({"columns": ("TP9", "AF77")}, ConfigError, r"no column 'AF77' \(did you mean 'AF7'"),
+        ({"unit": ""}, ConfigError, "states no unit, and acquire.unit is empty"),
+        ({"table_rate": 0.0}, ConfigError, "states no sampling rate"),
+        ({"marker_column": "Marker"}, ConfigError, r"no column 'Marker' \(did you mean 'Mark'"),
+    ],
+)
+def test_what_a_table_does_not_say_must_be_set(tmp_path, options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        read_recording(write(tmp_path / "r.csv"), **{**HOW, **options})
+    assert caught.value.cure
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty"),
+        ("1.0,2.0\n3.0,4.0\n", "does not name the columns"),
+        ("TP9,TP9\n1,2\n", "does not name the columns, each by itself"),
+        ("TP9,AF7\n1,2\n", "holds 1 samples"),
+        ("TP9,AF7\n1,2\n3,4\n5,x7\n", "column 'AF7' has 1 cells that are no numbers, the first 'x7' in sample 2"),
+        ("TP9,AF7\n1,2\n3,4,5,6\n", "cannot be read as a table"),
+        ("TP9,AF7\n1,2,3\n4,5,6\n", "cannot be read as a table"),
+    ],
+)
+def test_a_table_that_is_none(tmp_path, text, message):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(DataError, match=message) as caught:
+        read_recording(path, **HOW)
+    assert caught.value.cure
+
+
+def test_an_empty_cell_is_no_number_and_no_zero(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("TP9,AF7\n1,2\n,4\n5,nan\n")
+    assert np.isnan(read_recording(path, **HOW).data).tolist() == [[False, True, False], [False, False, True]]
+
+
+def test_a_last_row_that_was_cut_is_left_out_with_a_word(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("TP9,AF7\n1,2\n3,4\n5")
+    recording = read_recording(path, **HOW)
+    assert recording.data.tolist() == [[1, 3], [2, 4]]
+    assert recording.notes == ["x.csv ends within a row, which is left out"]
+
+
+def test_times_that_go_backwards_are_refused(tmp_path):
+    with pytest.raises(DataError, match="do not go forward"):
+        read_recording(write(tmp_path / "b.csv", times=-np.arange(1000) / SFREQ), **HOW, time_column="t")
