@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
-from hrcneuro.cache.bucket import shown
+from hrcneuro.cache.bucket import without_login
 from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
@@ -62,7 +62,7 @@ def stage(
         items = bring(options, study, wanted, log)
         for note in notes(study, items) if not options.dry_run else ():
             console(options).say(f"note: {note}", style="yellow")
-        code = finished(name, options, items, wanted)
+        code = finished(name, options, study, items, wanted)
         log.end(items, code)
     return code
 
@@ -70,6 +70,7 @@ def stage(
 def finished(
     name: str,
     options: Options,
+    study: Settings,
     items: Sequence[Item],
     wanted: Iterable[graph.Task],
     *,
@@ -81,6 +82,7 @@ def finished(
     Args:
         name: The command's.
         options: The command's.
+        study: The configuration.
         items: Of all tasks.
         wanted: Those that were asked for.
         whole: A whole study was: a stage is told in fewer lines.
@@ -91,7 +93,7 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    disk = disk_forecast.expected(Workdir(options.workdir), items) if options.dry_run else None
+    disk = disk_forecast.expected(Workdir(options.workdir), items, study) if options.dry_run else None
     return talk.finish(name, items, also=also, planned=options.dry_run, disk=disk)
 
 
@@ -183,7 +185,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
         study.workdir.cache.sweep()
         raise
     if pulled := sum(item.pulled for item in items):
-        talk.say(f"{pulled} results were taken from {shown(study.second_cache)}")
+        talk.say(f"{pulled} results were taken from {without_login(study.second_cache)}")
     return items
 
 

@@ -20,8 +20,9 @@ from typing import Any
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.locks import PATIENCE_S
 from hrcneuro.cache.record import Record
-from hrcneuro.cache.store import PATIENCE_S, Store
+from hrcneuro.cache.store import Store
 from hrcneuro.contract import GROUP, Inputs, Sessions
 from hrcneuro.errors import HrcError, StageError, of_the_system
 from hrcneuro.pipeline import second_cache
