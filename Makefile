@@ -37,6 +37,7 @@ docs: $(VENV)/documents       ## the documentation, every link checked, as build
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 
 bench: $(VENV)/ready          ## speed and memory against the tools that users would pick instead
+	@$(BIN)/python benchmarks/_measure.py
 	for bench in benchmarks/bench_*.py; do $(BIN)/python $$bench || exit 1; done
 
 cases: $(VENV)/ready          ## what once broke the product, from FOLDER/eeg and FOLDER/robot, as tables; half an hour

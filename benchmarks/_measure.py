@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import multiprocessing
 import os
+import platform
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -89,9 +92,18 @@ def _status(name: str) -> float:
     return next(float(line.split()[1]) / 1024 for line in lines if line.startswith(name))
 
 
+def machine() -> str:
+    """Return the processor's name, the number of cores and the machine's load."""
+    found = None
+    with contextlib.suppress(OSError):
+        found = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    name = found[1].strip() if found else platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+
+
 def heading() -> None:
-    """Print the head of the table of results, with the machine's load."""
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; one thread; processor seconds in brackets")
+    """Print the head of the table of results, with the machine that they are of."""
+    print(f"{machine()}; one thread; processor seconds in brackets")
     print("| work | peer | ours | ratio | target | largest difference |")
     print("|---|---|---|---|---|---|")
 
@@ -107,3 +119,7 @@ def row(work: str, peer: Seconds, ours: Seconds, target: float | None, differenc
 
 def _shown(seconds: Seconds) -> str:
     return f"{seconds.wall:.3g} s ({seconds.cpu:.3g})"
+
+
+if __name__ == "__main__":
+    print(machine())

@@ -25,6 +25,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import _measure
 from _session_seen import Run, Watch, ahead, children, favour, listen, punctual, under_way, wait, what_is_kept
 
 HOST = "127.0.9.251"
@@ -169,7 +170,7 @@ def attempt(work: Path, name: str, backend: str, driver: str, controller: int) -
 
 def table(work: Path, names: list[str], backends: list[str], drivers: list[str], times: int) -> bool:
     sound = True
-    print(f"load of the machine at the start {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores\n")
+    print(f"{_measure.machine()} at the start\n")
     print("| fault | arm | driver | n | first word, s: median … most | at rest, s: median … most | kept | lost |")
     print("|---|---|---|---|---|---|---|---|", flush=True)
     for name in names:

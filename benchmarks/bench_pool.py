@@ -28,6 +28,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import _measure
+
 Submit = Callable[..., futures.Future]
 Pool = Callable[[int], AbstractContextManager[Submit]]
 GOOD = "3 of 3 others came back"
@@ -266,7 +268,7 @@ def main() -> int:
         print(json.dumps(TRIALS[chosen.trial][0](POOLS[chosen.pool], chosen.patience)))
         return 0
     pools = [name for name in POOLS if name == "own" or importlib.util.find_spec(name)]
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(_measure.machine())
     print(f"| trial | {' | '.join(pools)} |\n|{'---|' * (len(pools) + 1)}")
     failed = []
     for name, (_, will_do) in TRIALS.items():

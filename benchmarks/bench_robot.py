@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import os
 import sys
 import time
 import timeit
 from pathlib import Path
 
+import _measure
 import numpy as np
 import pandas as pd
 
@@ -169,7 +169,7 @@ def main() -> int:
     options.add_argument("--max-age", type=float, default=0.020, help="of a packet, s; raise it on a busy machine")
     options.add_argument("--figure", type=Path, help="where to draw the path and its error (PNG)")
     given = options.parse_args()
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(_measure.machine())
     start = time.perf_counter()
     workspace = Workspace(Cell())
     good = True

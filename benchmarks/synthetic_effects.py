@@ -54,7 +54,7 @@ def subject(unit: str, *, effect: str, size: float | None, sfreq: float, seed: i
             problem = LabelledTrials((case[rows] == second).to_numpy(bool), onsets, blocks, cues)
             scheme = Scheme(repeats=repeats, permutations=0)
             plan = draw_plan(problem, scheme, np.random.default_rng([seed, 1]))
-            result = decode(problem, plan, scheme, rlda(features, shrinkage=0.9), permute=False)
+            result = decode(problem, plan, scheme, rlda(features, shrinkage=0.9))
             name = f"{scenario} {first}vs{second}"
             found[name] = 100 * result.fold_rates.mean()["acc"]
             found[f"{name} matched"] = 100 * result.matched_bacc

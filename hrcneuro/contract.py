@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,6 +49,7 @@ def option(
     recordings: bool = False,
     drawing: bool = False,
     private: bool = False,
+    keyed_as: Callable[[Any], Any] | None = None,
     shared: str = "",
 ) -> Any:
     """Return a dataclass field with its limits.
@@ -68,12 +68,14 @@ def option(
         keyed: Whether it decides results. What only says where or how, as an address does, stays out of the cache key.
         recordings: Where that is written which nobody can make again: it may not lie in the cache.
         drawing: Only drawings read it: it is part of their keys and of no stage's.
-        private: What tells of a lab, as an address does: in keys, records and reports stands a hash of it.
+        private: What tells of a lab, as an address does: neither it nor a hash, which could be guessed, is in a key, a
+            record or a report.
+        keyed_as: Of what is private: returns what stands for it in the key, of which nobody can be found out.
         shared: Name of a top-level table of the configuration from which this field is filled.
     """
     meta = dict(
         help=help, unit=unit, low=low, high=high, open_low=open_low, choices=choices, share=share, keys=keys, path=path,
-        keyed=keyed, recordings=recordings, drawing=drawing, private=private, shared=shared,
+        keyed=keyed, recordings=recordings, drawing=drawing, private=private, keyed_as=keyed_as, shared=shared,
     )  # fmt: skip
     if isinstance(default, dict):
         return field(default_factory=lambda: dict(default), metadata=meta)
@@ -82,18 +84,17 @@ def option(
 
 def params(config: Any) -> dict[str, Any]:
     """Return the fields of a frozen Config that decide numbers, as JSON-able values."""
-    return {f.name: _shown(config, f) for f in dataclasses.fields(config) if _decides_numbers(f)}
+    return {f.name: _in_key(config, f) for f in dataclasses.fields(config) if _decides_numbers(f)}
 
 
-def _shown(config: Any, f: dataclasses.Field[Any]) -> Any:
-    value = plain(getattr(config, f.name))
-    if not (value and f.metadata.get("private")):
-        return value
-    return f"hidden {hashlib.sha256(str(value).encode()).hexdigest()[:12]}"
+def _in_key(config: Any, f: dataclasses.Field[Any]) -> Any:
+    stands_for = f.metadata.get("keyed_as") or plain
+    return stands_for(getattr(config, f.name))
 
 
 def _decides_numbers(f: dataclasses.Field[Any]) -> bool:
-    return bool(f.metadata.get("keyed", True)) and not f.metadata.get("drawing")
+    hidden = f.metadata.get("private") and not f.metadata.get("keyed_as")
+    return bool(f.metadata.get("keyed", True)) and not f.metadata.get("drawing") and not hidden
 
 
 def plain(value: Any) -> Any:

@@ -8,6 +8,18 @@ from ipaddress import IPv4Address
 from hrcneuro.contract import option
 
 
+def _loopback(host: str) -> bool:
+    try:
+        return IPv4Address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _where(host: str) -> str:
+    """Return what a key has of an address: a simulated controller's session must not be taken for a real arm's."""
+    return "" if not host else "this machine" if _loopback(host) else "an arm"
+
+
 @dataclass(frozen=True)
 class Connection:
     """An arm as the options name it."""
@@ -20,8 +32,7 @@ class Connection:
         "rtde", "how ur and ursim are driven: ur_rtde's speedJ, or speedj lines on port 30003 as in the paper",
         choices=("rtde", "script"),
     )  # fmt: skip
-    # Part of the key, unlike other places: a simulated controller's session must not be taken for the real arm's.
-    host: str = option("", "address of the arm's controller, for backend ur", private=True)
+    host: str = option("", "address of the arm's controller, for backend ur", private=True, keyed_as=_where)
     at_the_robot: bool = option(False, "someone stands at the arm's emergency stop: a real arm needs it", keyed=False)
 
     @property
@@ -43,10 +54,3 @@ class Connection:
         """Whether nothing real can move."""
         # By its number: a name that begins with 127. may stand for any robot.
         return not self.there_once or (self.backend == "ur" and _loopback(self.host))
-
-
-def _loopback(host: str) -> bool:
-    try:
-        return IPv4Address(host).is_loopback
-    except ValueError:
-        return False

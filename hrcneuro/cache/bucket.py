@@ -10,20 +10,19 @@ import contextlib
 import os
 import secrets
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from hrcneuro.cache.disk import LARGEST, flush
-from hrcneuro.cache.record import Entry, is_entry
+from hrcneuro.cache.disk import LARGEST, flush, make_folder, share
+from hrcneuro.cache.filesystems import CHUNK, SSH, below, lstat, send, ssh_options
+from hrcneuro.cache.record import Entry, is_entry, is_key
 from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
 
-PROTOCOLS = ("file", "memory", "s3", "sftp", "ssh")
+PROTOCOLS = ("file", "s3", "sftp", "ssh")
+_ALSO_IN_TESTS = ("memory",)
 _NEEDS = {"s3": "s3fs", "sftp": "paramiko", "ssh": "paramiko"}
-# There a file is whole as soon as it is there; elsewhere it is written beside its place and renamed.
-_WHOLE = ("memory", "s3")
-_CHUNK = 2**20
 _SUFFIX = ".json"
 
 
@@ -45,7 +44,7 @@ class Bucket:
         _check(self.url, self.protocol)
 
     def __str__(self) -> str:
-        return shown(self.url)
+        return without_login(self.url)
 
     def records(self) -> tuple[dict[Entry, int], list[str]]:
         """Return the entries that have a record with its size in bytes, and names there that can be of none.
@@ -53,14 +52,14 @@ class Bucket:
         Raises:
             HrcError: The bucket cannot be read.
         """
-        with self._told(self.url):
+        with self._explained(self.url):
             fs, root = self._fs()
             base = f"{root}/records"
-            # Folders may be links, which lead anywhere and in circles; an object store has none.
-            depth = {} if self.protocol == "s3" else {"maxdepth": 4}
-            found = fs.find(base, detail=True, **depth)
+            # An object store has no folders.
+            found = list(fs.find(base, detail=True).values() if self.protocol == "s3" else below(fs, base))
         entries, odd = {}, []
-        for path, about in found.items():
+        for about in found:
+            path = about["name"]
             name = path[path.index(base) + len(base) + 1 :] if base in path else path
             entry = _entry_of(name)
             if entry is None or not _is_file(about):
@@ -80,7 +79,7 @@ class Bucket:
         about = self._about(path)
         if about is None:
             return None
-        self._refuse(path, about, most=LARGEST)
+        self._refuse(path, about, max_bytes=LARGEST)
         return b"".join(self._chunks(path, LARGEST))
 
     def has(self, sha256: str, size: int) -> bool:
@@ -106,13 +105,13 @@ class Bucket:
         self._refuse(path, about, exactly=size)
         yield from self._chunks(path, size)
 
-    def put_file(self, source: Path, sha256: str) -> None:
-        """Write a file under the hash of its content.
+    def put_file(self, chunks: Iterable[bytes], sha256: str) -> None:
+        """Write a file under the hash of its content; nothing appears where ``chunks``, its bytes, end with an error.
 
         Raises:
             HrcError: The bucket cannot be written.
         """
-        self._put(self._file(sha256), lambda fs, path: fs.put_file(str(source), path))
+        self._put(self._file(sha256), chunks)
 
     def put_record(self, entry: Entry, data: bytes) -> None:
         """Write the record of an entry, of which all files are there.
@@ -120,47 +119,69 @@ class Bucket:
         Raises:
             HrcError: The bucket cannot be written.
         """
-        self._put(self._record(entry), lambda fs, path: fs.pipe_file(path, data))
+        self._put(self._record(entry), [data])
 
-    def _put(self, name: str, write: Callable[[Any, str], Any]) -> None:
-        with self._told(f"{self.url}/{name}"):
+    def _put(self, name: str, chunks: Iterable[bytes]) -> None:
+        with self._explained(f"{self.url}/{name}"):
             fs, root = self._fs()
             place = f"{root}/{name}"
-            if self.protocol in _WHOLE:
-                write(fs, place)
+            if self.protocol == "s3":
+                # An object is whole as soon as it is there; elsewhere a file is written beside its place and renamed.
+                send(fs, place, chunks, self.protocol)
                 return
             part = f"{root}/.part/{secrets.token_hex(8)}"
             for path in (place, part):
-                _make_folder(fs, path.rpartition("/")[0])
-            write(fs, part)
-            if self.protocol == "file":
-                flush(Path(part))
-            fs.mv(part, place)
+                self._make_folder(fs, root, path.rpartition("/")[0])
+            send(fs, part, chunks, self.protocol)
+            if self.protocol != "file":
+                fs.mv(part, place)
+                return
+            share(Path(part), Path(root))
+            flush(Path(part))
+            os.replace(part, place)
+            flush(Path(place).parent)
+
+    def _make_folder(self, fs: Any, root: str, folder: str) -> None:
+        if self.protocol == "file":
+            make_folder(Path(folder), Path(root))
+            return
+        # Over SSH, of two who make a folder at once one hears of a failure: then it is there, and the next is tried.
+        for left in reversed(range(folder.count("/") + 1)):
+            try:
+                fs.makedirs(folder, exist_ok=True)
+                return
+            except OSError:
+                if fs.isdir(folder):
+                    return
+                if not left:
+                    raise
 
     def _about(self, name: str) -> dict[str, Any] | None:
-        with self._told(f"{self.url}/{name}"):
+        with self._explained(f"{self.url}/{name}"):
             fs, root = self._fs()
             try:
-                return fs.info(f"{root}/{name}")
+                return lstat(fs, f"{root}/{name}") if self.protocol in SSH else fs.info(f"{root}/{name}")
             except FileNotFoundError:
                 return None
 
-    def _chunks(self, name: str, most: int) -> Iterator[bytes]:
-        with self._told(f"{self.url}/{name}"):
+    def _chunks(self, name: str, max_bytes: int) -> Iterator[bytes]:
+        with self._explained(f"{self.url}/{name}"):
             fs, root = self._fs()
-            with fs.open(f"{root}/{name}", "rb", block_size=8 * _CHUNK) as file:
-                while most > 0 and (data := file.read(min(_CHUNK, most))):
-                    most -= len(data)
+            with fs.open(f"{root}/{name}", "rb", block_size=8 * CHUNK) as file:
+                while max_bytes > 0 and (data := file.read(min(CHUNK, max_bytes))):
+                    max_bytes -= len(data)
                     yield data
 
-    def _refuse(self, name: str, about: dict[str, Any], *, exactly: int | None = None, most: int | None = None) -> None:
+    def _refuse(
+        self, name: str, about: dict[str, Any], *, exactly: int | None = None, max_bytes: int | None = None
+    ) -> None:
         size = about.get("size")
         if not _is_file(about):
             raise DataError(f"{self}/{name} is no file but a link, a folder or a device", cure=_AGAIN)
         if exactly is not None and size != exactly:
             raise DataError(f"{self}/{name} has {size} bytes instead of {exactly}", cure=_AGAIN)
-        if most is not None and (not isinstance(size, int) or size > most):
-            raise DataError(f"{self}/{name} has {size} bytes; allowed: {most}", cure=_AGAIN)
+        if max_bytes is not None and (not isinstance(size, int) or size > max_bytes):
+            raise DataError(f"{self}/{name} has {size} bytes; allowed: {max_bytes}", cure=_AGAIN)
 
     @staticmethod
     def _record(entry: Entry) -> str:
@@ -178,14 +199,14 @@ class Bucket:
             options: dict[str, Any] = {}
             if self.protocol == "s3":
                 options = {"use_listings_cache": False}
-            if self.protocol in ("sftp", "ssh"):
-                options = {"host_key_policy": _known_hosts()}
+            if self.protocol in SSH:
+                options = ssh_options()
             fs, root = url_to_fs(self.url, **options)
             self._own.place = (fs, root.rstrip("/"))
         return self._own.place
 
     @contextlib.contextmanager
-    def _told(self, place: str) -> Iterator[None]:
+    def _explained(self, place: str) -> Iterator[None]:
         """Turn what a file system or a network says into an error with a cure, without the URL's password."""
         try:
             yield
@@ -194,17 +215,26 @@ class Bucket:
         except ImportError as error:
             raise _absent(self.protocol) from error
         except Exception as error:
+            if self.protocol in SSH:
+                self._hang_up()
             said = f"{type(error).__name__}: {error}".replace(urlsplit(self.url).netloc, urlsplit(str(self)).netloc)
             raise StageError(
-                f"{shown(place)} failed: {said}",
+                f"{without_login(place)} failed: {said}",
                 cure="check the address, the network and your rights there; the same command goes on from here",
             ) from error
+
+    def _hang_up(self) -> None:
+        """Give up a connection that has failed: the next call makes a new one."""
+        place = self._own.__dict__.pop("place", None)
+        if place is not None:
+            with contextlib.suppress(Exception):
+                place[0].client.close()
 
 
 _AGAIN = "push it anew from a machine whose cache is sound: hrcneuro cache push URL --force"
 
 
-def shown(url: str) -> str:
+def without_login(url: str) -> str:
     """Return a URL without the user and the password in it."""
     head, mark, rest = url.partition("://")
     if not mark:
@@ -222,9 +252,9 @@ def has_password(url: str) -> bool:
 
 
 def _check(url: str, protocol: str) -> None:
-    if protocol not in PROTOCOLS or "::" in url:
+    if protocol not in (*PROTOCOLS, *_ALSO_IN_TESTS) or "::" in url:
         raise ConfigError(
-            f"{shown(url)!r} is no place for a cache that can be used{did_you_mean(protocol, PROTOCOLS)}; "
+            f"{without_login(url)!r} is no place for a cache that can be used{did_you_mean(protocol, PROTOCOLS)}; "
             f"allowed: {', '.join(f'{name}://' for name in PROTOCOLS)} and a folder",
             cure="such as s3://BUCKET/FOLDER, ssh://HOST/FOLDER or /mnt/shared/cache",
         )
@@ -251,34 +281,11 @@ def _entry_of(name: str) -> Entry | None:
     return parts[0], parts[1], parts[2]
 
 
+def is_like_record(name: str) -> bool:
+    """Return whether a name below ``records/`` looks like that of an entry's record, whatever lies there."""
+    parts = name.split("/")
+    return len(parts) == 3 and name.endswith(_SUFFIX) and is_key(parts[2].removesuffix(_SUFFIX))
+
+
 def _is_file(about: dict[str, Any]) -> bool:
     return about.get("type") == "file" and not about.get("islink", False)
-
-
-def _make_folder(fs: Any, folder: str) -> None:
-    # Over SSH, of two who make a folder at once one hears of a failure: then it is there, and the next one is tried.
-    for left in reversed(range(folder.count("/") + 1)):
-        try:
-            fs.makedirs(folder, exist_ok=True)
-            return
-        except OSError:
-            if fs.isdir(folder):
-                return
-            if not left:
-                raise
-
-
-def _known_hosts() -> Any:
-    """Return the rule that a machine is talked to where ``~/.ssh/known_hosts`` has its key, and no other."""
-    import paramiko
-
-    class KnownHosts(paramiko.MissingHostKeyPolicy):
-        def missing_host_key(self, client: Any, hostname: str, key: Any) -> None:
-            path = Path("~/.ssh/known_hosts").expanduser()
-            if not (os.path.exists(path) and paramiko.HostKeys(str(path)).check(hostname, key)):
-                raise ConfigError(
-                    f"{path} does not have the {key.get_name()} key that {hostname} shows",
-                    cure=f"compare it with that of its administrator: 'ssh {hostname}' shows it and notes it",
-                )
-
-    return KnownHosts()

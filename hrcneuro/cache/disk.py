@@ -5,15 +5,20 @@ from __future__ import annotations
 import contextlib
 import errno
 import grp
+import json
 import os
 import pwd
+import secrets
 import shutil
 import stat
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from hrcneuro.errors import REFUSED, ConfigError, StageError, odd_part
 
+LARGEST_LIST = 2**28
+"""So many bytes a list of entries may have; 10^5 entries make 6 MB."""
 LARGEST = 16 * 2**20
 """So many bytes a record or another file of the cache's own may have; the largest of the paper's study has 17,000."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -102,13 +107,13 @@ def remove(path: Path) -> None:
     path.unlink(missing_ok=True)
 
 
-def read_file(path: str | Path, *, most: int = LARGEST) -> bytes:
+def read_file(path: str | Path, *, max_bytes: int = LARGEST) -> bytes:
     """Return the bytes of a file that is small where it is what it should be.
 
     Somebody may have put a pipe there, which would be waited for, or a link to a device, which has no end.
 
     Raises:
-        OSError: It cannot be read, is no regular file, or has more than ``most`` bytes.
+        OSError: It cannot be read, is no regular file, or has more than ``max_bytes`` bytes.
     """
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         about = os.fstat(file.fileno())
@@ -116,10 +121,54 @@ def read_file(path: str | Path, *, most: int = LARGEST) -> bytes:
             folder = stat.S_ISDIR(about.st_mode)
             words = f"it is no file but a {'folder' if folder else 'device or a pipe'}"
             raise OSError(errno.EISDIR if folder else errno.EINVAL, words, os.fspath(path))
-        if about.st_size > most:
-            raise OSError(errno.EFBIG, f"it has more than {most} bytes", os.fspath(path))
+        if about.st_size > max_bytes:
+            raise OSError(errno.EFBIG, f"it has more than {max_bytes} bytes", os.fspath(path))
         # Not read with the limit for a length, which would take that much memory each time.
         return file.read()
+
+
+def read_json(path: str | Path, *, max_bytes: int = LARGEST) -> Any:
+    """Return what a JSON file says, whoever wrote it.
+
+    Raises:
+        OSError: It cannot be read, is no regular file, or has more than ``max_bytes`` bytes.
+        ValueError: It is no JSON that a program can take.
+    """
+    return parse_json(read_file(path, max_bytes=max_bytes))
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Return what JSON says, whoever wrote it.
+
+    Raises:
+        ValueError: It is no JSON, or nested without end.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise ValueError("it is nested too deeply") from error
+
+
+def disk_time(folder: Path) -> float:
+    """Return the time by the clock of a folder's disk, seconds since 1970: a server's may differ from this machine's.
+
+    Raises:
+        OSError: Nothing can be written there.
+    """
+    probe = folder / f".{secrets.token_hex(8)}.time"
+    try:
+        probe.touch(exist_ok=False)
+        return probe.stat().st_mtime
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink()
+
+
+def free_bytes(place: Path) -> int:
+    """Return what is free where a folder lies, or would lie, in bytes."""
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    return shutil.disk_usage(place).free
 
 
 def size(path: Path) -> int:

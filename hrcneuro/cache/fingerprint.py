@@ -9,16 +9,19 @@ import hashlib
 import importlib.metadata
 import json
 import os
+import re
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import read_file
+from hrcneuro.cache.disk import read_json
 
 _SETTLED_NS = 2_000_000_000
-_LARGEST_MEMO = 2**30
+# A line of 150 bytes for each recording, and 300 for each module of the program.
+_LARGEST_MEMO = 2**26
+_SHA256 = re.compile("[0-9a-f]{64}")
 
 
 def digest(value: Any) -> str:
@@ -40,20 +43,26 @@ class Memo:
         self.path = path
         self.changed = False
         try:
-            known = json.loads(read_file(path, most=_LARGEST_MEMO))
+            known = read_json(path, max_bytes=_LARGEST_MEMO)
         except (OSError, ValueError):
             known = {}
         # Names that are no digests are of an older version, and tell the machine's folders.
         self.known: dict[str, Any] = {n: v for n, v in known.items() if ":" not in n} if isinstance(known, dict) else {}
 
-    def get(self, kind: str, path: Path, compute: Any) -> Any:
-        """Return ``compute(path)``, from memory where the file is unchanged."""
+    def get(
+        self, kind: str, path: Path, compute: Callable[[Path], Any], *, valid: Callable[[Any], bool] | None = None
+    ) -> Any:
+        """Return ``compute(path)``, from memory where the file is unchanged.
+
+        ``valid`` judges what is remembered, which anybody may have written who may write the cache; without it, only
+        the hash of a file passes.
+        """
         stat = path.stat()
         stamp = [stat.st_size, stat.st_mtime_ns, stat.st_ino]
         # A memo may lie beside a report that is passed on: it names no folder of this machine.
         name = hashlib.sha256(f"{kind}:{path.absolute()}".encode(errors="surrogateescape")).hexdigest()[:32]
         entry = self.known.get(name)
-        if isinstance(entry, list) and len(entry) == 2 and entry[0] == stamp:
+        if isinstance(entry, list) and len(entry) == 2 and entry[0] == stamp and (valid or is_sha256)(entry[1]):
             return entry[1]
         value = compute(path)
         # A file written a moment ago may change again within one tick of the file system's clock.
@@ -93,7 +102,8 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
         path = _module_path(name, root)
         if name in hashes or path is None:
             continue
-        hashes[name], imports = memo.get(kind, path, lambda p, name=name: read_code(p, name, package))
+        read = functools.partial(read_code, name=name, package=package)
+        hashes[name], imports = memo.get(kind, path, read, valid=_is_code)
         todo += imports
     return dict(sorted(hashes.items()))
 
@@ -127,6 +137,18 @@ def version(name: str) -> str:
 def key(parts: Mapping[str, Any]) -> str:
     """Return the key of named parts: the first 16 hex digits of their sha256."""
     return digest(parts)[:16]
+
+
+def is_sha256(value: Any) -> bool:
+    """Return whether a value is a sha256 in hexadecimal digits."""
+    return isinstance(value, str) and _SHA256.fullmatch(value) is not None
+
+
+def _is_code(value: Any) -> bool:
+    """Return whether a value is what :func:`read_code` returns, in JSON."""
+    if not isinstance(value, list | tuple) or len(value) != 2 or not is_sha256(value[0]):
+        return False
+    return isinstance(value[1], list) and all(isinstance(name, str) for name in value[1])
 
 
 def _module_path(name: str, root: Path) -> Path | None:

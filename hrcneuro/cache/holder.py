@@ -32,7 +32,9 @@ class Holder:
     @classmethod
     def read(cls, text: str) -> Holder:
         """Return who a lock file names; nobody where it is in no form that is known."""
-        pid, host, start, task = [*(line.strip() for line in text.splitlines()[:4]), "", "", "", ""][:4]
+        # It is shown on terminals, and whoever may write there may have written it.
+        lines = ["".join(c if c.isprintable() else "?" for c in line.strip()) for line in text.splitlines()[:4]]
+        pid, host, start, task = [*lines, "", "", "", ""][:4]
         return cls(int(pid), host, start, task) if pid.isascii() and pid.isdecimal() else cls()
 
     def text(self) -> str:

@@ -1,7 +1,9 @@
 """Locks that are files: one holder at a time, who can be named, also where a file system has no file locks.
 
 Where there are file locks (``flock``), the kernel holds the lock and drops it with the process, however that ends; what
-is written in the file only says who. Where there are none, the file itself is the lock: it appears at once with its
+is written in the file says who. Where each machine has locks of its own (NFS with ``nolock``, Lustre with
+``localflock``), the kernel gives a lock that another machine holds: so it is not taken while the file names somebody
+else who has just given a sign of life. Where there are none, the file itself is the lock: it appears at once with its
 holder's name in it, and is removed afterwards. One that a killed process of this machine has left is taken over; of
 another machine nobody can know but by the sign of life that the holder gives, which is the file's time.
 """
@@ -17,14 +19,19 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from hrcneuro.cache.disk import disk_time
 from hrcneuro.cache.holder import Holder
 
 BEAT_S = 2.0
 """A holder gives a sign of life this often."""
+PATIENCE_S = 6 * BEAT_S
+"""So long a lock's holder on another machine may give no sign of life."""
 _WORD_S, _AGAIN_S = 2.0, 60.0
 _POLL_S = 0.05
 # Longer than anybody needs to remove a file: who left this one was killed at it.
 _GUARD_S = 10.0
+# More than any holder writes.
+_MOST_BYTES = 4096
 
 
 class Lock:
@@ -47,6 +54,7 @@ class Lock:
         self._file: int | None = None
         self._text = ""
         self._lifeless = ""
+        self._ahead: float | None = None
         self._end = threading.Event()
 
     def take(self) -> bool:
@@ -91,10 +99,16 @@ class Lock:
         """Return time and content of the file: while neither changes, its holder gives no sign of life."""
         try:
             # A file that is opened is asked for anew on a network's file system; its status alone may be remembered.
-            with self.place.open("rb") as file:
-                return os.fstat(file.fileno()).st_mtime, file.read(500).decode(errors="replace")
+            # Not waited for where somebody has put a pipe there.
+            file = os.open(self.place, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         except OSError:
             return 0.0, ""
+        try:
+            return os.fstat(file).st_mtime, os.pread(file, _MOST_BYTES, 0).decode(errors="replace")
+        except OSError:
+            return 0.0, ""
+        finally:
+            os.close(file)
 
     def age(self) -> str:
         """Return how long ago the holder gave its last sign of life, in words."""
@@ -107,7 +121,7 @@ class Lock:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            self.holder = Holder.read(os.pread(file, 500, 0).decode(errors="replace"))
+            self.holder = Holder.read(self._content())
             os.close(file)
             return False
         except OSError as error:
@@ -115,12 +129,40 @@ class Lock:
             self.flaw = error.strerror or str(error)
             os.close(file)
             return None
+        if self._lives_elsewhere():
+            os.close(file)
+            return False
         # Another account's file can be locked, if not written.
         with contextlib.suppress(OSError):
             os.ftruncate(file, 0)
             os.pwrite(file, self._text.encode(), 0)
         self._file = file
         return True
+
+    def _lives_elsewhere(self) -> bool:
+        """Return whether the file names another holder who has just given a sign of life, though the kernel knows none.
+
+        By the disk's clock: this machine's may be another one.
+        """
+        content = self._content()
+        if not content or content in (self._text, self._lifeless):
+            return False
+        holder = Holder.read(content)
+        if not holder.pid or holder.dead:
+            return False
+        try:
+            if self._disk_time() - self.sign()[0] >= PATIENCE_S:
+                return False
+        except OSError:
+            return False  # where nothing can be written, nothing can be spoiled
+        self.holder = holder
+        return True
+
+    def _disk_time(self) -> float:
+        """Return the time by the disk's clock, which is asked once: who waits asks for it many times a second."""
+        if self._ahead is None:
+            self._ahead = disk_time(self.place.parent) - time.monotonic()
+        return self._ahead + time.monotonic()
 
     def _take_by_file(self) -> bool:
         # Between reading, removing and making, another could take the lock: only who has this second file may.
@@ -130,7 +172,7 @@ class Lock:
         except FileExistsError:
             self.holder = Holder.read(self._content())
             with contextlib.suppress(OSError):
-                if time.time() - guard.stat().st_mtime > _GUARD_S:
+                if self._disk_time() - guard.stat().st_mtime > _GUARD_S:
                     guard.unlink()
             return False
         try:
@@ -169,13 +211,8 @@ class Lock:
         return True
 
     def _content(self) -> str:
-        """Return what the file says; empty where it is not there, or is no file: a pipe would be waited for."""
-        try:
-            if not self.place.is_file():
-                return ""
-            return self.place.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
+        """Return what the file says; empty where it is not there, or is no file."""
+        return self.sign()[1]
 
     def _beat(self, end: threading.Event) -> None:
         while not end.wait(BEAT_S):
@@ -183,7 +220,9 @@ class Lock:
                 os.utime(self.place)
 
 
-def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> bool:
+def wait_for(
+    lock: Lock, tell: Callable[[str], None], *, patience_s: float, ended: threading.Event | None = None
+) -> bool:
     """Return once the lock is ours (True), or is held by one who may be gone and gives no sign of life (False).
 
     Args:
@@ -191,6 +230,7 @@ def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> b
         tell: Is told who is waited for, once the wait is long enough to be noticed.
         patience_s: So long a holder may give no sign of life: one on another machine, or a process of this one whose
             number may have been given again.
+        ended: Once it is set nobody wants the lock any more (False).
 
     Raises:
         OSError: The file can be neither opened nor made.
@@ -198,6 +238,8 @@ def wait_for(lock: Lock, tell: Callable[[str], None], *, patience_s: float) -> b
     begin = heard = time.monotonic()
     sign, word_at = (-1.0, ""), begin + _WORD_S
     while not lock.take():
+        if ended is not None and ended.is_set():
+            return False
         now = time.monotonic()
         if (new := lock.sign()) != sign:
             sign, heard = new, now

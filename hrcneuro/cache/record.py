@@ -12,7 +12,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from hrcneuro.cache import fingerprint
-from hrcneuro.cache.disk import LARGEST, read_file
+from hrcneuro.cache.disk import LARGEST, parse_json, read_file, read_json
+from hrcneuro.errors import is_utf8
 
 RECORD = "record.json"
 SLIM = ".slim"
@@ -20,9 +21,9 @@ SLIM = ".slim"
 PULLED = ".pulled"
 """The file in an entry that says that it came from a bucket."""
 _KEY = re.compile("[0-9a-f]{16}")
-_SHA256 = re.compile("[0-9a-f]{64}")
 # A stage's or a unit's name, and each part of a file's: nothing that leads elsewhere, or that hides.
 _NAME = re.compile(r"[\w-][^\x00-\x1f\x7f/\\]{0,199}")
+_MOST_BYTES = 255  # that a file system takes for a name
 _MOST_FILES = 10_000
 
 Entry = tuple[str, str, str]
@@ -82,15 +83,13 @@ def parse_record(data: bytes) -> Record:
     if len(data) > LARGEST:
         raise ValueError(f"it has more than {LARGEST} bytes")
     try:
-        content = json.loads(data)
+        content = parse_json(data)
         seal = content.pop("seal")
         if seal != fingerprint.digest(content):
             raise ValueError("its seal is broken: it was altered")
         record = Record(**content)
     except (TypeError, AttributeError, KeyError) as error:
         raise ValueError("it is no record") from error
-    except RecursionError as error:
-        raise ValueError("it is nested too deeply") from error
     _check_form(record)
     return record
 
@@ -104,13 +103,13 @@ def _check_form(record: Record) -> None:
     if len(record.outputs) > _MOST_FILES:
         raise ValueError(f"it names {len(record.outputs)} files; allowed: {_MOST_FILES}")
     for name, about in record.outputs.items():
-        if not is_inside(name) or name == RECORD:
+        if not is_inside(name):
             raise ValueError(f"{name!r} is no name of a file of an entry")
         size = about.get("size") if isinstance(about, dict) else None
         sha256 = about.get("sha256") if isinstance(about, dict) else None
         if not isinstance(size, int) or isinstance(size, bool) or size < 0:
             raise ValueError(f"the size of {name} is none")
-        if not isinstance(sha256, str) or not _SHA256.fullmatch(sha256):
+        if not fingerprint.is_sha256(sha256):
             raise ValueError(f"the hash of {name} is none")
     _check_apart(record.outputs)
 
@@ -122,26 +121,29 @@ def _check_apart(names: Iterable[str]) -> None:
 
 
 def is_inside(name: str) -> bool:
-    """Return whether a relative name with slashes stays within the folder that it is joined to, in plain sight."""
-    if "/" not in name:
-        return _NAME.fullmatch(name) is not None
-    return len(name) < 1000 and all(_NAME.fullmatch(part) for part in name.split("/"))
+    """Return whether a relative name with slashes can be a file's of an entry, in plain sight, beside its record."""
+    return len(name) < 1000 and all(_is_name(part) and part != RECORD for part in name.split("/"))
+
+
+def _is_name(part: str) -> bool:
+    """Return whether a text can be the name of a file or folder, and leads nowhere else."""
+    return _NAME.fullmatch(part) is not None and is_utf8(part) and len(part.encode()) <= _MOST_BYTES
 
 
 def is_entry(entry: tuple[str, ...]) -> bool:
     """Return whether three texts name a stage, a unit and a key that can be folders of a cache."""
     stage, unit, key = entry
-    return all(_NAME.fullmatch(part) for part in (stage, unit)) and is_key(key)
+    return _is_name(stage) and _is_name(unit) and is_key(key)
 
 
 def dropped(folder: Path) -> frozenset[str]:
     """Return the names of an entry's files that were dropped to save disk and are not there."""
     try:
-        names = json.loads(read_file(f"{folder}/{SLIM}"))
-    except (OSError, ValueError, RecursionError):
+        content = read_json(f"{folder}/{SLIM}")
+    except (OSError, ValueError):
         return frozenset()
-    told = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-    return frozenset(name for name in told if is_inside(name) and not os.path.lexists(folder / name))
+    names = [name for name in content if isinstance(name, str)] if isinstance(content, list) else []
+    return frozenset(name for name in names if is_inside(name) and not os.path.lexists(folder / name))
 
 
 def fault(folder: Path, record: Record, entry: Entry, *, verify: bool, without: Collection[str] = ()) -> str:

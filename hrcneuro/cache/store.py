@@ -10,6 +10,7 @@ import errno
 import os
 import secrets
 import shutil
+import threading
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import asdict
@@ -17,7 +18,7 @@ from pathlib import Path
 
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import flush, guarded, make_folder, remove, share
-from hrcneuro.cache.locks import BEAT_S, Lock, wait_for
+from hrcneuro.cache.locks import PATIENCE_S, Lock, wait_for
 from hrcneuro.cache.record import (
     Entry,
     Record,
@@ -31,8 +32,6 @@ from hrcneuro.cache.record import (
 )
 from hrcneuro.errors import HrcError
 
-PATIENCE_S = 6 * BEAT_S
-"""So long a lock's holder on another machine may give no sign of life."""
 _TEMPORARY, _OLD = ".tmp-", "-old"
 _DROPPED, _QUARANTINE, _LOCKS = ".dropped", ".quarantine", ".locks"
 # Of no concern to those who wait for a lock: what comes next fails of the same, and says it.
@@ -89,6 +88,7 @@ class Store:
         *,
         tell: Callable[[str], None] = lambda text: None,
         patience_s: float = PATIENCE_S,
+        ended: threading.Event | None = None,
     ) -> Iterator[None]:
         """Hold the key's lock; others who want to compute the same wait here.
 
@@ -98,6 +98,7 @@ class Store:
             stage, unit, key: The entry.
             tell: Is told who is waited for, and why the work goes on without a lock.
             patience_s: So long a holder on another machine may give no sign of life.
+            ended: Once it is set the lock is not waited for any more: who set it does no more work.
 
         Raises:
             ConfigError: There is no cache, and it cannot be made.
@@ -108,7 +109,7 @@ class Store:
             make_folder(self.root, self.root)
         try:
             make_folder(lock.place.parent, self.root)
-            held = wait_for(lock, tell, patience_s=patience_s)
+            held = wait_for(lock, tell, patience_s=patience_s, ended=ended)
         except OSError as error:
             if error.errno not in _NO_ROOM:
                 tell(f"no lock can be had, the work goes on without: {lock.place}: {error.strerror}")
@@ -276,7 +277,7 @@ class Store:
                 raise
 
     def sweep(self) -> None:
-        """Remove the temporary folders of processes that are gone: those whose lock nobody holds.
+        """Remove the temporary folders of processes that are gone: those whose lock nobody holds, on any machine.
 
         An entry that was being replaced when its process was killed goes back into its place.
         """

@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import flush, guarded, make_folder, read_file, share
+from hrcneuro.cache.disk import LARGEST_LIST, flush, guarded, make_folder, parse_json, read_file, share
 from hrcneuro.cache.holder import Holder
 from hrcneuro.cache.listing import Listing, entry_in, read_listing
 from hrcneuro.cache.placed import PlacedStudy
@@ -46,7 +46,8 @@ class Studies:
             DataError: That is noted and cannot be understood.
         """
         try:
-            return {entry_in(json.loads(line)) for line in read_file(self._before, most=2**30).decode().splitlines()}
+            lines = read_file(self._before, max_bytes=LARGEST_LIST).decode().splitlines()
+            return {entry_in(parse_json(line)) for line in lines}
         except FileNotFoundError:
             return set()
         except (OSError, ValueError, TypeError) as error:
@@ -137,7 +138,7 @@ class Studies:
         forgotten: bool = False,
         left: Mapping[Entry, float] | None = None,
     ) -> Path:
-        self._begin()
+        self.begin()
         me = Holder.me()
         head = {
             "id": study.id,
@@ -163,8 +164,13 @@ class Studies:
         flush(part)
         part.rename(path)
 
-    def _begin(self) -> None:
-        """Make the folder of the list; what the cache has by then is noted first, with what was noted before."""
+    def begin(self) -> None:
+        """Make the folder of the list; what the cache has by then is noted first, with what was noted before.
+
+        Raises:
+            OSError: The list cannot be written.
+            DataError: What was noted before cannot be understood.
+        """
         if self.folder.is_dir():
             return
         if there := {entry_of(folder) for folder in Store(self.root).entries()}:

@@ -6,25 +6,29 @@ is taken into the cache, and what is odd is refused with its name.
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures as futures
 import enum
 import hashlib
-import json
 import shutil
+import stat
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.bucket import Bucket
-from hrcneuro.cache.disk import LARGEST, read_file
+from hrcneuro.cache.disk import read_file
+from hrcneuro.cache.filesystems import CHUNK
+from hrcneuro.cache.formats import Formats, is_of_format
 from hrcneuro.cache.record import PULLED, RECORD, Entry, Record, dropped, is_entry, parse_record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import DataError, HrcError, StageError
 
-Formats = Mapping[str, tuple[bytes, bytes]]
-"""Suffix of a file -> the bytes that it begins and ends with; what has another suffix is refused."""
+
+class _Ended(BaseException):
+    """A person has ended the command; no Exception, so that nobody on its way takes it for a fault of the network."""
 
 
 class Fate(enum.StrEnum):
@@ -63,10 +67,17 @@ def push(
         HrcError: The bucket cannot be read.
     """
     there = set() if force else set(bucket.records()[0])
-    yield from _each(entries, lambda entry: _push_one(store, bucket, entry, there, force=force), workers)
+    ended = threading.Event()
+
+    def one(entry: Entry) -> Moved:
+        return _push_one(store, bucket, entry, there, force=force, ended=ended)
+
+    yield from _each(entries, one, workers, ended)
 
 
-def _push_one(store: Store, bucket: Bucket, entry: Entry, there: set[Entry], *, force: bool) -> Moved:
+def _push_one(
+    store: Store, bucket: Bucket, entry: Entry, there: set[Entry], *, force: bool, ended: threading.Event
+) -> Moved:
     if entry in there:
         return Moved(entry, Fate.THERE)
     folder = store.folder(*entry)
@@ -80,18 +91,44 @@ def _push_one(store: Store, bucket: Bucket, entry: Entry, there: set[Entry], *, 
     size = 0
     for name, about in record.outputs.items():
         sha256, large = about["sha256"], about["size"]
-        path = folder / name
-        try:
-            sound = path.lstat().st_size == large and fingerprint.file_digest(path) == sha256
-        except OSError as error:
-            raise DataError(f"{name} cannot be read: {error.strerror}", cure="hrcneuro cache verify") from error
-        if not sound:
-            raise DataError(f"the content of {name} has changed", cure="hrcneuro cache verify")
+        chunks = _checked(_chunks(folder / name, name, ended), name, sha256, large)
         if force or not bucket.has(sha256, large):
-            bucket.put_file(path, sha256)
+            bucket.put_file(chunks, sha256)
             size += large
+        else:
+            # Also what is there already is read: a record goes there only from an entry that is whole here.
+            collections.deque(chunks, maxlen=0)
     bucket.put_record(entry, data)
     return Moved(entry, Fate.MOVED, size)
+
+
+def _chunks(path: Path, name: str, ended: threading.Event) -> Iterator[bytes]:
+    """Yield the bytes of an entry's file until a person ends the command."""
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            raise _changed(name)
+        with path.open("rb") as file:
+            while data := file.read(CHUNK):
+                if ended.is_set():
+                    raise _Ended
+                yield data
+    except OSError as error:
+        raise DataError(f"{name} cannot be read: {error.strerror}", cure="hrcneuro cache verify") from error
+
+
+def _checked(chunks: Iterable[bytes], name: str, sha256: str, size: int) -> Iterator[bytes]:
+    """Yield the bytes of an entry's file, and DataError behind the last one where they are not what its record says."""
+    digest, read = hashlib.sha256(), 0
+    for data in chunks:
+        digest.update(data)
+        read += len(data)
+        yield data
+    if (digest.hexdigest(), read) != (sha256, size):
+        raise _changed(name)
+
+
+def _changed(name: str) -> DataError:
+    return DataError(f"the content of {name} has changed", cure="hrcneuro cache verify")
 
 
 def pull(
@@ -101,6 +138,7 @@ def pull(
     *,
     formats: Formats,
     verify: bool = False,
+    force: bool = False,
     workers: int = 8,
 ) -> Iterator[Moved]:
     """Yield what became of each entry of a bucket, in the order in which they are done.
@@ -111,27 +149,41 @@ def pull(
         entries: Which.
         formats: What files may be.
         verify: Read every byte of what is in the cache already.
+        force: Bring back also the files that were dropped here to save disk.
         workers: How many come at a time.
     """
 
+    ended = threading.Event()
+
     def one(entry: Entry) -> Moved:
-        if store.lookup(*entry, verify=verify) is not None:
-            return Moved(entry, Fate.THERE)
-        with store.lock(*entry):
-            if store.lookup(*entry, verify=verify) is not None:
-                return Moved(entry, Fate.THERE)
-            record = take(store, bucket, entry, formats=formats)
+        if here := _here(store, entry, verify=verify, force=force):
+            return Moved(entry, here)
+        with store.lock(*entry, ended=ended):
+            if ended.is_set():
+                raise _Ended
+            if here := _here(store, entry, verify=verify, force=force):
+                return Moved(entry, here)
+            record = take(store, bucket, entry, formats=formats, ended=ended)
         if record is None:
             raise DataError(f"{bucket} has no record of it", cure="ask for what 'hrcneuro cache pull' finds there")
         return Moved(entry, Fate.MOVED, record.size)
 
-    yield from _each(entries, one, workers)
+    yield from _each(entries, one, workers, ended)
 
 
-def take(store: Store, bucket: Bucket, entry: Entry, *, formats: Formats) -> Record | None:
+def _here(store: Store, entry: Entry, *, verify: bool, force: bool) -> Fate | None:
+    """Return how an entry is in the cache already; None where it is to be taken."""
+    if store.lookup(*entry, verify=verify, slim=not force) is None:
+        return None
+    return Fate.SLIM if dropped(store.folder(*entry)) else Fate.THERE
+
+
+def take(
+    store: Store, bucket: Bucket, entry: Entry, *, formats: Formats, ended: threading.Event | None = None
+) -> Record | None:
     """Take an entry of a bucket into the cache and return its record; None where the bucket has none.
 
-    The cache's lock for it is held by who calls.
+    The cache's lock for it is held by who calls. Nothing is taken any more once ``ended`` is set.
 
     Raises:
         DataError: What is there is not what an entry may be, or not what its record says.
@@ -146,8 +198,9 @@ def take(store: Store, bucket: Bucket, entry: Entry, *, formats: Formats) -> Rec
         for name, about in record.outputs.items():
             with store.guarded():
                 (work / name).parent.mkdir(parents=True, exist_ok=True)
-            _fetch(bucket, store, work / name, name, about["sha256"], about["size"])
-            _check_format(work / name, name, formats)
+            _fetch(bucket, store, work / name, name, about["sha256"], about["size"], ended)
+            if not is_of_format(work / name, formats):
+                raise DataError(f"{name} is refused: its content is not of that format", cure=_CURE)
         with store.guarded():
             (work / RECORD).write_bytes(data)
             (work / PULLED).touch()
@@ -181,12 +234,16 @@ def _check_room(store: Store, record: Record) -> None:
         )
 
 
-def _fetch(bucket: Bucket, store: Store, path: Path, name: str, sha256: str, size: int) -> None:
+def _fetch(
+    bucket: Bucket, store: Store, path: Path, name: str, sha256: str, size: int, ended: threading.Event | None
+) -> None:
     digest, come = hashlib.sha256(), 0
     with store.guarded():
         file = path.open("xb")
     with file:
         for data in bucket.chunks(sha256, size):
+            if ended is not None and ended.is_set():
+                raise _Ended
             digest.update(data)
             come += len(data)
             with store.guarded():
@@ -197,41 +254,26 @@ def _fetch(bucket: Bucket, store: Store, path: Path, name: str, sha256: str, siz
         raise DataError(f"the content of {name} in {bucket} has changed (files/{sha256[:2]}/{sha256})", cure=_CURE)
 
 
-def _check_format(path: Path, name: str, formats: Formats) -> None:
-    head, tail = formats[PurePosixPath(name).suffix]
-    with path.open("rb") as file:
-        begins = file.read(len(head)) == head
-        file.seek(max(0, path.stat().st_size - len(tail)))
-        ends = file.read() == tail if tail else True
-    if not (begins and ends and (PurePosixPath(name).suffix != ".json" or _is_json(path))):
-        raise DataError(f"{name} is refused: its content is not of that format", cure=_CURE)
-
-
-def _is_json(path: Path) -> bool:
-    """Return whether a file is JSON that a reader can take: of moderate size, and not nested without end."""
-    try:
-        if path.stat().st_size > LARGEST:
-            return False
-        json.loads(path.read_bytes())
-    except (ValueError, RecursionError):
-        return False
-    return True
-
-
 _CURE = (
     "it is left where it is; whoever pushed it can do so anew: hrcneuro cache push URL --force; or remove it from there"
 )
 
 
-def _each(entries: Iterable[Entry], one: Callable[[Entry], Moved], workers: int) -> Iterator[Moved]:
-    """Yield what became of each entry, several at a time; what one fails of stops no other."""
-    ended = threading.Event()
+def _each(
+    entries: Iterable[Entry], one: Callable[[Entry], Moved], workers: int, ended: threading.Event
+) -> Iterator[Moved]:
+    """Yield what became of each entry, several at a time; what one fails of stops no other.
+
+    ``ended`` is set where nobody asks for more, as after Ctrl-C: ``one`` then raises soon.
+    """
 
     def guarded(entry: Entry) -> Moved:
         if ended.is_set():
             return Moved(entry, Fate.FAILED)
         try:
             return one(entry)
+        except _Ended:
+            return Moved(entry, Fate.FAILED)
         except DataError as error:
             return Moved(entry, Fate.REFUSED, error=error)
         except HrcError as error:
@@ -245,6 +287,6 @@ def _each(entries: Iterable[Entry], one: Callable[[Entry], Moved], workers: int)
             for future in futures.as_completed([threads.submit(guarded, entry) for entry in entries]):
                 yield future.result()
         finally:
-            # Interrupted: those under way come to their end, and no other begins.
+            # Interrupted: those under way break off behind a chunk, and no other begins.
             ended.set()
             threads.shutdown(wait=False, cancel_futures=True)

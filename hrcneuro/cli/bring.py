@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
-from hrcneuro.cache.bucket import shown
+from hrcneuro.cache.bucket import without_login
 from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
@@ -61,7 +61,7 @@ def stage(
         items = bring(options, study, wanted, log)
         for note in notes(study, items) if not options.dry_run else ():
             console(options).say(f"note: {note}", style="yellow")
-        code = finished(name, options, items, wanted)
+        code = finished(name, options, study, items, wanted)
         log.end(items, code)
     return code
 
@@ -69,6 +69,7 @@ def stage(
 def finished(
     name: str,
     options: Options,
+    study: Settings,
     items: Sequence[Item],
     wanted: Iterable[graph.Task],
     *,
@@ -80,6 +81,7 @@ def finished(
     Args:
         name: The command's.
         options: The command's.
+        study: The configuration.
         items: Of all tasks.
         wanted: Those that were asked for.
         whole: A whole study was: a stage is told in fewer lines.
@@ -90,7 +92,7 @@ def finished(
         asked = {(task.name, task.unit) for task in wanted}
         done = [item for item in items if item.state.done and (item.stage, item.unit) in asked]
         talk.results(results.blocks([(i.stage, i.unit, i.summary) for i in done], whole=whole))
-    disk = disk_forecast.expected(Workdir(options.workdir), items) if options.dry_run else None
+    disk = disk_forecast.expected(Workdir(options.workdir), items, study) if options.dry_run else None
     return talk.finish(name, items, also=also, planned=options.dry_run, disk=disk)
 
 
@@ -160,7 +162,7 @@ def whole(options: Options, settings: Settings) -> walk.Run:
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
-    source = shown(study.second_cache)
+    source = without_login(study.second_cache)
     if options.executor in executors.ELSEWHERE:
         study.second_cache = second_cache.for_workers(study.second_cache)
     workers = options.jobs or executors.cores()

@@ -139,8 +139,7 @@ class Console:
         """
         items = list(items)
         if self.as_json:
-            wanted = {} if disk is None else {"bytes": disk.size, "free": disk.free, "unknown": disk.unknown}
-            printed = {**document(command, items), **({"disk": wanted} if wanted else {})}
+            printed = {**document(command, items), **({} if disk is None else {"disk": disk.document()})}
             print(json.dumps(printed if also is None else {**printed, "ok": False, "error": _error(also)}, indent=1))
         if not planned and (again := plan.sent_again(items)):
             self.say(f"note: {again}", style="yellow")

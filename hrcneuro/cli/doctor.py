@@ -6,13 +6,11 @@ import contextlib
 import json
 import os
 import re
-import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import __version__
-from hrcneuro.cli.cache_trial import try_cache
 from hrcneuro.cli.declare import command
 from hrcneuro.cli.options import Options
 from hrcneuro.errors import HrcError
@@ -40,7 +38,8 @@ def doctor(options: Options) -> int:
     from hrcneuro.pipeline.workdir import Workdir
 
     def wanted() -> DiskForecast:
-        return disk_forecast.expected(workdir, bring.planned(options, bring.settings(options)))
+        settings = bring.settings(options)
+        return disk_forecast.expected(workdir, bring.planned(options, settings), settings)
 
     workdir = Workdir(options.workdir)
     view = examine(lambda: bring.settings(options), workdir.cache.root, wanted)
@@ -68,6 +67,8 @@ def examine(
     """
     import platform
 
+    from hrcneuro.cache.disk import free_bytes
+    from hrcneuro.cache.trial import try_cache
     from hrcneuro.pipeline.executors import cores
 
     view: dict[str, Any] = {"problems": [], "notes": []}
@@ -76,7 +77,7 @@ def examine(
     view["blas"] = _blas()
     view["cores"] = cores()
     view["memory_gb"] = _memory()
-    view["disk_free_gb"] = _free(root)
+    view["disk_free_gb"] = free_bytes(root) / 1e9
     view["cache_test"] = try_cache(root, view["notes"])
     try:
         view["devices"] = _devices(settings())
@@ -105,7 +106,8 @@ def lines(view: dict[str, Any]) -> list[str]:
         ("room", "disk, free", _gigabytes(view["disk_free_gb"])),
     ]
     if view.get("disk_wanted_gb") is not None:
-        rows += [("room", "disk, wanted", f"{view['disk_wanted_gb']:.3g} GB more, by what earlier runs wrote")]
+        estimate = ", in part estimated" if view.get("disk_estimated_gb") else ", by what earlier runs wrote"
+        rows += [("room", "disk, wanted", f"{view['disk_wanted_gb']:.3g} GB more{estimate}")]
     rows += [("cache", name, said) for name, said in view["cache_test"].items()]
     rows += [("devices", name, said) for name, said in view["devices"].items()]
     text, section = [], ""
@@ -179,15 +181,10 @@ def _memory() -> float:
         return float("nan")
 
 
-def _free(root: Path) -> float:
-    while not root.exists() and root != root.parent:
-        root = root.parent
-    return shutil.disk_usage(root).free / 1e9
-
-
 def _judge_disk(view: dict[str, Any], disk: DiskForecast) -> None:
     view["disk_wanted_gb"] = disk.size / 1e9 if disk.size or not disk.unknown else None
-    if not disk.enough:
+    view["disk_estimated_gb"] = disk.estimated / 1e9
+    if disk.enough is False:
         view["problems"].append(str(disk))
 
 

@@ -53,7 +53,7 @@ def run(
                     log.write("report", file=written.name)
             except HrcError as error:
                 flaw = error
-        code = bring.finished("run", options, items, wanted, whole=True, also=flaw)
+        code = bring.finished("run", options, settings, items, wanted, whole=True, also=flaw)
         log.end(items, code)
     return code
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -48,9 +49,9 @@ def push(
     wanted = sorted(_of(there if every else there & workdir.keys(), stages))
     if options.dry_run:
         known = set() if options.force else set(bucket.records()[0])
-        return _foretold("cache push", options, [entry for entry in wanted if entry not in known])
+        return _plan("cache push", options, [entry for entry in wanted if entry not in known])
     moved = transfer.push(workdir.cache, bucket, wanted, force=options.force, workers=options.jobs or _WORKERS)
-    return _told("cache push", "pushed", options, moved, ())
+    return _report("cache push", "pushed", options, moved, ())
 
 
 @command(
@@ -61,11 +62,14 @@ def push(
     group=cache,
 )
 def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
-    """Copy entries from a bucket, each hashed and looked at before it counts; exit code 3 where one is refused."""
+    """Copy entries from a bucket, each hashed and looked at before it counts; exit code 3 where one is refused.
+
+    What 'cache slim' has dropped here stays dropped; --force brings it back.
+    """
     from hrcneuro.cache import transfer
     from hrcneuro.cache.bucket import Bucket
-    from hrcneuro.errors import DataError
-    from hrcneuro.pipeline.second_cache import FORMATS
+    from hrcneuro.errors import DataError, HrcError
+    from hrcneuro.pipeline.graph import FORMATS
     from hrcneuro.pipeline.workdir import Workdir
 
     workdir, bucket = Workdir(options.workdir), Bucket(url)
@@ -75,12 +79,22 @@ def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
     wanted = sorted(_of(there, stages))
     if options.dry_run:
         lookup = workdir.cache.lookup
-        return _foretold("cache pull", options, [entry for entry in wanted if lookup(*entry) is None])
+        missing = [entry for entry in wanted if lookup(*entry, slim=not options.force) is None]
+        return _plan("cache pull", options, missing)
     workdir.cache.sweep()
+    # What is pulled now is then known to have come after the list: gc may drop it once nobody wants it.
+    with contextlib.suppress(OSError, HrcError):
+        workdir.studies.begin()
     moved = transfer.pull(
-        workdir.cache, bucket, wanted, formats=FORMATS, verify=options.verify, workers=options.jobs or _WORKERS
+        workdir.cache,
+        bucket,
+        wanted,
+        formats=FORMATS,
+        verify=options.verify,
+        force=options.force,
+        workers=options.jobs or _WORKERS,
     )
-    return _told("cache pull", "pulled", options, moved, odd)
+    return _report("cache pull", "pulled", options, moved, odd)
 
 
 @command(
@@ -133,7 +147,7 @@ def _of(entries: Iterable[tuple[str, str, str]], stages: Sequence[str] | None) -
     return [one for one in entries if not stages or one[0].partition(".")[0] in stages]
 
 
-def _foretold(name: str, options: Options, entries: Sequence[tuple[str, str, str]]) -> int:
+def _plan(name: str, options: Options, entries: Sequence[tuple[str, str, str]]) -> int:
     if options.json:
         print(json.dumps({"command": name, "ok": True, "entries": ["/".join(e) for e in entries]}, indent=1))
         return 0
@@ -143,8 +157,9 @@ def _foretold(name: str, options: Options, entries: Sequence[tuple[str, str, str
     return 0
 
 
-def _told(name: str, verb: str, options: Options, moved: Iterable[Moved], odd: Sequence[str]) -> int:
+def _report(name: str, verb: str, options: Options, moved: Iterable[Moved], odd: Sequence[str]) -> int:
     """Print what became of entries, and names in the bucket that can be of none; return the exit code."""
+    from hrcneuro.cache.bucket import is_like_record
     from hrcneuro.cache.transfer import Fate
     from hrcneuro.cli import bring
     from hrcneuro.errors import DataError
@@ -161,9 +176,13 @@ def _told(name: str, verb: str, options: Options, moved: Iterable[Moved], odd: S
                 talk.error(one.error, of="/".join(one.entry))
         elif options.verbose and one.fate is Fate.MOVED:
             talk.say(f"+ {'/'.join(one.entry)}  {one.size / 1e6:.1f} MB")
-    for text in odd:
-        talk.say(f"refused: {text!r} is no name of an entry's record", style="yellow")
-    code = DataError.exit_code if odd or fates[Fate.REFUSED] else 1 if fates[Fate.FAILED] else 0
+    # What somebody has laid beside the records, such as notes, is no reason to fail.
+    like_records, strays = [one for one in odd if is_like_record(one)], [one for one in odd if not is_like_record(one)]
+    for text in like_records:
+        talk.say(f"refused: {text!r} looks like an entry's record and is none", style="yellow")
+    for text in strays:
+        talk.say(f"note: {text!r} is no name of an entry's record, and is left there")
+    code = DataError.exit_code if like_records or fates[Fate.REFUSED] else 1 if fates[Fate.FAILED] else 0
     if options.json:
         answer = {"command": name, "ok": code == 0, verb: fates[Fate.MOVED], "there": fates[Fate.THERE], "bytes": size}
         answer |= {"slim": fates[Fate.SLIM], "refused": failed, "odd": list(odd)}
@@ -171,10 +190,12 @@ def _told(name: str, verb: str, options: Options, moved: Iterable[Moved], odd: S
         return code
     words = {
         Fate.THERE: "there already",
-        Fate.SLIM: "without files here",
+        Fate.SLIM: "without the files that 'cache slim' has dropped here",
         Fate.REFUSED: "refused",
         Fate.FAILED: "failed",
     }
     rest = "".join(f", {fates[fate]} {word}" for fate, word in words.items() if fates[fate])
     print(f"{verb} {fates[Fate.MOVED]} entries, {size / 1e6:.1f} MB{rest}")
+    if fates[Fate.SLIM] and verb == "pulled":
+        print("what was dropped here stays so; --force brings it back")
     return code

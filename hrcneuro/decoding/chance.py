@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-# Labels in, statistic out. A new generator's folds are drawn inside, so that a permuted labelling is treated as the
-# true one was.
-Statistic = Callable[[np.ndarray, np.random.Generator], float]
 
 
 @dataclass(frozen=True)
@@ -32,27 +28,35 @@ def chance_level(n_trials: int, *, quantile: float = 0.95) -> float:
     return float(np.searchsorted(bdtr(np.arange(n_trials + 1), n_trials, 0.5), quantile)) / n_trials
 
 
-def permutation_test(
-    labels: np.ndarray,
-    blocks: np.ndarray,
-    statistic: Statistic,
-    *,
-    n_permutations: int,
-    rng: np.random.Generator,
-) -> PermutationTest:
-    """Return the true statistic, and the share of labellings, permuted within block, that reach it.
+def permutation_test(statistics: Sequence[float]) -> PermutationTest:
+    """Return the true statistic, and the share of labellings that reach it.
 
-    The true labelling counts as one of them, so p ≥ 1 / (n_permutations + 1). Within blocks, since the conditions'
-    shares and the signal both drift from block to block.
+    The true labelling counts as one of them, so p ≥ 1 / number of labellings.
+
+    Args:
+        statistics: The decoder's result for each of :func:`labellings`; larger is better.
+    """
+    true = statistics[0]
+    return PermutationTest(true, sum(value >= true for value in statistics) / len(statistics))
+
+
+def labellings(
+    labels: np.ndarray, blocks: np.ndarray, *, n_permutations: int, rng: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """Yield the true labels, then ``n_permutations`` times the labels permuted within block.
+
+    Within blocks, since the conditions' shares and the signal both drift from block to block. Whoever draws folds from
+    the same ``rng`` in between treats a permuted labelling as the true one.
 
     Args:
         labels: ndarray, shape (n_trials,), true for class 2.
         blocks: ndarray, shape (n_trials,): labels are exchanged between trials of equal value only.
-        statistic: The decoder's result for a labelling; larger is better.
+        n_permutations: How many.
+        rng: Generator.
     """
-    true = statistic(labels, rng)
-    reached = sum(statistic(permute_within(labels, blocks, rng), rng) >= true for _ in range(n_permutations))
-    return PermutationTest(true, (1 + reached) / (1 + n_permutations))
+    yield labels
+    for _ in range(n_permutations):
+        yield permute_within(labels, blocks, rng)
 
 
 def permute_within(labels: np.ndarray, blocks: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from hrcneuro.decoding import crossval, fast, features
 from hrcneuro.decoding.crossval import Split
 from hrcneuro.decoding.lda import discriminant
+from hrcneuro.decoding.left_out import LeftOut
 from hrcneuro.decoding.problem import Decode
 from hrcneuro.decoding.recipes import Recipe
 from hrcneuro.decoding.refusals import EstimatorError
@@ -52,8 +53,8 @@ class Decoders:
                 # A wrong parameter or a missing library stops the run before the first fold.
                 self.estimator(name)
 
-    def of(self, seen: Mapping[Any, np.ndarray]) -> Iterator[tuple[str, Decode, bool]]:
-        """Yield name, scorer and whether it is quick enough for permutations, for what :meth:`features_of` returns."""
+    def of(self, seen: Mapping[Any, np.ndarray]) -> Iterator[tuple[str, Decode, Decode | None]]:
+        """Yield name, scorer, and what decides alike and is quick enough for permutations, for :meth:`features_of`."""
         for name, recipe in self.recipes.items():
             yield name, *self._scorer(name, seen[recipe.sees])
 
@@ -91,11 +92,12 @@ class Decoders:
         """Return λ of a recipe of regularised LDA: its own, or else the scheme's."""
         return float(recipe.params.get("shrinkage", self.shrinkage))
 
-    def _scorer(self, name: str, data: np.ndarray) -> tuple[Decode, bool]:
+    def _scorer(self, name: str, data: np.ndarray) -> tuple[Decode, Decode | None]:
         recipe = self.recipes[name]
         if recipe.estimator == "rlda":
-            return rlda(data, shrinkage=self.shrinkage_of(recipe)), True
-        return looped(data, lambda: self.estimator(name), of=recipe.estimator if recipe.foreign else ""), False
+            shrinkage = self.shrinkage_of(recipe)
+            return rlda(data, shrinkage=shrinkage), permuted_rlda(data, shrinkage=shrinkage)
+        return looped(data, lambda: self.estimator(name), of=recipe.estimator if recipe.foreign else ""), None
 
 
 def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
@@ -104,6 +106,11 @@ def rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
         return plain_rlda(data, shrinkage=shrinkage)
     products = fast.gram(data)
     return lambda labels, splits: fast.rlda_scores(products, labels, splits, shrinkage=shrinkage)
+
+
+def permuted_rlda(data: np.ndarray, *, shrinkage: float) -> Decode:
+    """Return what decides as :func:`rlda` does, sooner where many labellings follow each other."""
+    return plain_rlda(data, shrinkage=shrinkage) if shrinkage == 1 else LeftOut(fast.gram(data), shrinkage=shrinkage)
 
 
 def plain_rlda(data: np.ndarray, *, shrinkage: float) -> Decode:

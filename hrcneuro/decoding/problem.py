@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +18,8 @@ from hrcneuro.paradigm.design import CUES
 Decode = Callable[[np.ndarray, Sequence[Split]], list[np.ndarray]]
 
 MATCHED_CUE = "prev_error"
+
+_MOST_KEPT = 1000  # labellings with their folds, of 25 kB each
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,33 @@ class LabelledTrials:
         return len(self.labels) - second, second
 
 
+class Labellings:
+    """The true labels, then their permutations within block, each with the folds of one repeat.
+
+    They depend on the seed alone, so that every decoder meets the same ones, whichever ran before.
+    """
+
+    def __init__(self, trials: LabelledTrials, scheme: Scheme, seed: int) -> None:
+        """Draw nothing yet."""
+        self._trials, self._scheme, self._seed = trials, scheme, seed
+        self._kept: list[tuple[np.ndarray, list[Split]]] = []
+
+    def __iter__(self) -> Iterator[tuple[np.ndarray, list[Split]]]:
+        if self._scheme.permutations > _MOST_KEPT:
+            return self._draw()
+        # Drawing them takes as long as half of what a decoder does with them.
+        self._kept = self._kept or list(self._draw())
+        return iter(self._kept)
+
+    def _draw(self) -> Iterator[tuple[np.ndarray, list[Split]]]:
+        trials, scheme = self._trials, self._scheme
+        blocks = np.zeros(len(trials.labels), dtype=int) if trials.blocks is None else trials.blocks
+        rng = np.random.default_rng(self._seed)
+        n_folds = crossval.feasible_folds(trials.labels, scheme.folds)
+        for labels in chance.labellings(trials.labels, blocks, n_permutations=scheme.permutations, rng=rng):
+            yield labels, crossval.shuffled_splits(labels, n_folds=n_folds, n_repeats=1, how=scheme.balance, rng=rng)
+
+
 @dataclass(frozen=True)
 class Plan:
     """The folds of a problem, drawn once, so that every decoder and baseline meets the same ones.
@@ -55,7 +84,7 @@ class Plan:
     matched: list[Split]
     fallbacks: tuple[str, ...]
     notes: tuple[str, ...]
-    permutation_seed: int
+    labellings: Labellings
 
 
 @dataclass(frozen=True)
@@ -105,12 +134,12 @@ def draw_plan(trials: LabelledTrials, scheme: Scheme, rng: np.random.Generator) 
     if twins:
         raise TwinTrialsError(f"{twins} trials begin less than {crossval.ONE_EVENT_S:g} s after another")
     folds_rng, blocks_rng, matched_rng, permutation_rng = rng.spawn(4)
-    seed = int(permutation_rng.integers(2**63))
+    labellings = Labellings(trials, scheme, int(permutation_rng.integers(2**63)))
     labels, smaller = trials.labels, min(trials.counts)
     n_folds = crossval.feasible_folds(labels, scheme.folds)
     if not n_folds:
         note = f"not computed: the smaller class has {smaller} trials; at least {crossval.SMALLEST_CLASS} are needed"
-        return Plan([], [], [], (note,), (), seed)
+        return Plan([], [], [], (note,), (), labellings)
     fallbacks, notes = [], []
     if n_folds < scheme.folds:
         fallbacks.append(f"{n_folds} instead of {scheme.folds} folds: the smaller class has {smaller} trials")
@@ -137,10 +166,12 @@ def draw_plan(trials: LabelledTrials, scheme: Scheme, rng: np.random.Generator) 
             f"no strata, matched trials or label-free baseline of {' and '.join(missing)}: no such column, or trials "
             "without a value in it"
         )
-    return Plan(shuffled, blockwise, matched, tuple(fallbacks), tuple(notes), seed)
+    return Plan(shuffled, blockwise, matched, tuple(fallbacks), tuple(notes), labellings)
 
 
-def decode(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, *, permute: bool = True) -> Decoded:
+def decode(
+    trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, *, permuted: Decode | None = None
+) -> Decoded:
     """Return every result of one decoder on one problem.
 
     Args:
@@ -148,7 +179,8 @@ def decode(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, 
         plan: Its folds; ``shuffled`` must not be empty.
         scheme: The number of permutations and the smallest stratum.
         decoder: Scores held-out trials for any labelling and folds.
-        permute: Run the permutation test (200 × 10 fits: for quick decoders).
+        permuted: Decides as ``decoder`` does, for the permutation test (200 × 10 fits: for quick decoders); none: no
+            such test.
     """
     labels, n = trials.labels, len(trials.labels)
     scores = decoder(labels, plan.shuffled)
@@ -160,7 +192,7 @@ def decode(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode, 
         lobo_bacc=_pooled(labels, plan.blockwise, decoder),
         matched_bacc=_pooled(labels, plan.matched, decoder, trials.cues.get(MATCHED_CUE)),
         strata=strata(trials, table, min_trials=scheme.min_stratum),
-        permutation=permutation_test(trials, plan, scheme, decoder) if permute and scheme.permutations else None,
+        permutation=permutation_test(trials, plan, permuted) if permuted and scheme.permutations else None,
     )
 
 
@@ -192,18 +224,15 @@ def label_free(trials: LabelledTrials, plan: Plan) -> dict[str, float]:
     return baccs
 
 
-def permutation_test(trials: LabelledTrials, plan: Plan, scheme: Scheme, decoder: Decode) -> chance.PermutationTest:
+def permutation_test(trials: LabelledTrials, plan: Plan, decoder: Decode) -> chance.PermutationTest:
     """Return the permutation test of the balanced accuracy: one repeat a labelling, labels shuffled within block."""
-    n_folds = crossval.feasible_folds(trials.labels, scheme.folds)
-
-    def statistic(labels: np.ndarray, rng: np.random.Generator) -> float:
-        splits = crossval.shuffled_splits(labels, n_folds=n_folds, n_repeats=1, how=scheme.balance, rng=rng)
-        return metrics.pooled_bacc(labels, crossval.by_repeat(splits, decoder(labels, splits), len(labels)))
-
-    blocks = np.zeros(len(trials.labels), dtype=int) if trials.blocks is None else trials.blocks
-    # Each decoder starts from the same state: the labellings do not depend on which decoders ran before.
-    rng = np.random.default_rng(plan.permutation_seed)
-    return chance.permutation_test(trials.labels, blocks, statistic, n_permutations=scheme.permutations, rng=rng)
+    n = len(trials.labels)
+    return chance.permutation_test(
+        [
+            metrics.pooled_bacc(labels, crossval.by_repeat(splits, decoder(labels, splits), n))
+            for labels, splits in plan.labellings
+        ]
+    )
 
 
 def _pooled(labels: np.ndarray, splits: list[Split], decoder: Decode, left_out: np.ndarray | None = None) -> float:

@@ -21,6 +21,8 @@ WINDOW_S = 1.0
 _SD_OF_IQR = 0.7413
 # A channel goes with others as well as with its second-best fiftieth: one copy of it is no proof that it is sound.
 _NEAREST = 0.98
+# Windows whose quantiles are taken in one call, which takes as long as the rest of a window.
+_TOGETHER = 200
 # Channels of few electrodes, far apart, may hardly go together: what would set so many apart is no noise of a channel.
 _MOST_ALONE = 0.25
 
@@ -75,7 +77,7 @@ def judge(
     rows = np.flatnonzero(used)
     if len(rows) >= MIN_CHANNELS:
         z[rows] = robust_z(np.array([robust_sd(data[row]) for row in rows]))
-        nearest = nearest_correlations(data[rows], sfreq, borders=borders)
+        nearest = nearest_correlations(data, sfreq, rows=rows, borders=borders)
         if nearest.shape[1]:
             alone[rows] = (nearest < correlation).mean(axis=1)
     apart = alone > share
@@ -100,7 +102,9 @@ def robust_z(values: np.ndarray) -> np.ndarray:
     return np.asarray(difference / spread)
 
 
-def nearest_correlations(data: np.ndarray, sfreq: float, *, borders: Sequence[int] = ()) -> np.ndarray:
+def nearest_correlations(
+    data: np.ndarray, sfreq: float, *, rows: np.ndarray | None = None, borders: Sequence[int] = ()
+) -> np.ndarray:
     """Return how well each channel goes with others in each window of a second: the 0.98 quantile of |r| over them.
 
     A channel that does not vary in a window goes with none there.
@@ -108,22 +112,30 @@ def nearest_correlations(data: np.ndarray, sfreq: float, *, borders: Sequence[in
     Args:
         data: ndarray, shape (n_channels, n_times), any unit.
         sfreq: Sampling rate, in Hz.
+        rows: Of the channels that are compared; None: all.
         borders: First samples of new stretches; no window crosses one, and what is left at an end is in none.
 
     Returns:
-        ndarray, shape (n_channels, n_windows).
+        ndarray, shape (n_compared, n_windows).
     """
+    rows = np.arange(len(data)) if rows is None else rows
     length = max(2, round(WINDOW_S * sfreq))
     edges = sorted({0, *borders, data.shape[1]})
     starts = [s for a, b in itertools.pairwise(edges) for s in range(a, b - length + 1, length)]
-    nearest = np.zeros((len(data), len(starts)))
-    for i, start in enumerate(starts):
-        window = data[:, start : start + length]
-        window = window - window.mean(axis=1, keepdims=True)
-        size = np.sqrt(np.einsum("ij,ij->i", window, window))
-        with np.errstate(divide="ignore"):
-            window *= np.where(size > 0, 1 / size, 0.0)[:, None]
-        r = np.abs(window @ window.T)
-        np.fill_diagonal(r, 0.0)
-        nearest[:, i] = np.quantile(r, _NEAREST, axis=1, method="hazen")
+    nearest = np.zeros((len(rows), len(starts)))
+    for first in range(0, len(starts), _TOGETHER):
+        some = starts[first : first + _TOGETHER]
+        r = np.stack([_correlations(data[rows, start : start + length]) for start in some])
+        nearest[:, first : first + len(some)] = np.quantile(r, _NEAREST, axis=2, method="hazen").T
     return nearest
+
+
+def _correlations(window: np.ndarray) -> np.ndarray:
+    """Return |r| of each channel with each other, 0 with itself; ``window``, shape (n_channels, n), is used up."""
+    window -= window.mean(axis=1, keepdims=True)
+    size = np.sqrt(np.einsum("ij,ij->i", window, window))
+    with np.errstate(divide="ignore"):
+        window *= np.where(size > 0, 1 / size, 0.0)[:, None]
+    r = np.abs(window @ window.T)
+    np.fill_diagonal(r, 0.0)
+    return r

@@ -60,9 +60,12 @@ def write_table(data: pd.DataFrame | Mapping[str, Any], path: Path, table: Table
         for array, (name, column) in zip(arrays, table.columns.items(), strict=True)
     ]
     meta = {"hrcneuro": json.dumps({"version": table.version, "row": table.row})}
+    # Measured values hardly recur: a dictionary of them takes longer to make than all else, and the file grows by it.
+    recurring = [name for name, column in table.columns.items() if not column.type.startswith("float")]
+    whole = pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta))
     # Opened here: Arrow takes no path with a byte that is not UTF-8.
     with path.open("wb") as file:
-        pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), file, compression="zstd")
+        pq.write_table(whole, file, compression="zstd", use_dictionary=recurring)
 
 
 def read_table(path: Path, columns: list[str] | None = None) -> pd.DataFrame:

@@ -46,7 +46,8 @@ class Survey:
         doomed: Folders of entries that no study points at, and quarantined ones.
         unlisted: Folders of entries that no study in the list points at or has written since there is a list.
         recent: Folders of entries that a study pointed at within the last day: a copy of it that has not run yet may do
-            so still. None where nobody shares the cache.
+            so still; and those that somebody has pulled within it, for a run to come. None where nobody shares the
+            cache.
         kept: What is kept for other studies.
     """
 
@@ -77,35 +78,47 @@ def survey(workdir: Workdir) -> Survey:
     if workdir.is_study:
         writers |= workdir.study().ids
     # A copy of a study has its id: of an entry that is older than the list, its writer may be one that is not in it.
-    before, recent = workdir.studies.before(), _recent(workdir, listings)
+    before, shared = workdir.studies.before(), _is_shared(workdir, listings)
+    recent = _recent(listings) if shared else set()
     visible = {entry_of(folder): folder for folder in workdir.cache.entries()}
     for entry, folder in visible.items():
         if entry in used:
             continue
-        record = read_record(folder)
+        record, pulled = read_record(folder), _pulled(folder)
         # What cannot be read is no entry to anybody; what was pulled was written by no study that uses this cache.
-        known = (
-            record is None
-            or (folder / PULLED).exists()
-            or (record.provenance.get("study") in writers and entry not in before)
-        )
-        where = found.unlisted if not known else found.recent if entry in recent else found.doomed
+        listed = record is not None and record.provenance.get("study") in writers and entry not in before
+        taken = pulled is not None and not (shared and entry in before)
+        known = record is None or listed or taken
+        just_pulled = shared and pulled is not None and time.time() - pulled < KEPT_S
+        where = found.unlisted if not known else found.recent if just_pulled or entry in recent else found.doomed
         where.append(folder)
     found.doomed += workdir.cache.quarantined()
     found.kept = _kept(workdir, listings, set(visible) - workdir.keys())
     return found
 
 
-def _recent(workdir: Workdir, listings: Iterable[Listing]) -> set[Entry]:
-    """Return what studies of a shared cache pointed at within the last day."""
+def _pulled(folder: Path) -> float | None:
+    """Return when an entry was pulled, seconds since 1970; None where it was made here."""
+    try:
+        return (folder / PULLED).lstat().st_mtime
+    except OSError:
+        return None
+
+
+def _is_shared(workdir: Workdir, listings: Iterable[Listing]) -> bool:
+    """Return whether another study may use the cache: one in its list, or any where it lies outside this one."""
     folder, cache = map(os.path.realpath, (workdir.folder, workdir.cache.root))
     mine = workdir.study() if workdir.is_study else None
     listed = [one for one in listings if not one.forgotten]
     alone = all(mine is not None and one.study.same(mine) for one in listed)
-    if alone and os.path.commonpath([folder, cache]) == folder:
-        return set()  # a copy of the working folder has a cache of its own
+    # A copy of the working folder has a cache of its own.
+    return not (alone and os.path.commonpath([folder, cache]) == folder)
+
+
+def _recent(listings: Iterable[Listing]) -> set[Entry]:
+    """Return what studies pointed at within the last day."""
     now = time.time()
-    return {entry for one in listed for entry, at in one.left.items() if now - at < KEPT_S}
+    return {entry for one in listings if not one.forgotten for entry, at in one.left.items() if now - at < KEPT_S}
 
 
 def _refuse_unclear(workdir: Workdir) -> None:

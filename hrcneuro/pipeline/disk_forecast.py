@@ -1,21 +1,33 @@
-"""How much disk a run will want, by what the tasks of earlier runs have written."""
+"""How much disk a run will want: by what the tasks of earlier runs have written, else by the length of the session."""
 
 from __future__ import annotations
 
-import shutil
 import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
+from hrcneuro.cache.disk import free_bytes
 from hrcneuro.cache.record import entry_of, read_record
-from hrcneuro.contract import GROUP
+from hrcneuro.config.settings import Settings
+from hrcneuro.contract import GROUP, OF_ALL, is_piece
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.measured import measured
 from hrcneuro.pipeline.workdir import Workdir
 
 # So many earlier results of a kind are looked at: among 400 subjects, more would tell nothing new.
 _LOOKED_AT = 20
+# Bytes a channel and second of a recording, as synthetic subjects of the paper's size wrote them at the default
+# options (1000 Hz, 512 Hz from preprocess on), together 0.66 GB a subject; the tables of erp and ersp, which hardly
+# depend on the length, and those of the group, in bytes, are rounded up from a study of three short subjects.
+_OF_SUBJECT = {
+    "acquire": 4300, "preprocess": 1900, "epoch": 2300, "erp": 60, "ersp": 200, "decode": 7, "robot": 550
+}  # fmt: skip
+_OF_GROUP = {"erp": 12_000_000, "ersp": 35_000_000, "decode": 60_000, "simulate": 1_000_000}
+_RECORDED_HZ, _PREPROCESSED_HZ = 1000.0, 512.0
+# Of a session of the paper's: 27 channels of EEG and 3 of EOG; 166 episodes took 2385 s.
+_CHANNELS, _EPISODE_S = 30, 14.4
 
 
 @dataclass(frozen=True)
@@ -24,36 +36,55 @@ class DiskForecast:
 
     Attributes:
         tasks: How many would run.
-        size: What those will write of whose kind something has run, in bytes.
-        unknown: Stages of which nothing has run.
+        size: What they will write, in bytes, without those of ``unknown``.
+        estimated: How much of it is estimated from the length of a session, as nothing of the kind has run.
+        unknown: Stages of which nothing has run, and of which nobody knows what they write.
         free: What is free where the cache lies, in bytes.
     """
 
     tasks: int
     size: int
+    estimated: int
     unknown: tuple[str, ...]
     free: int
 
     @property
-    def enough(self) -> bool:
-        """Whether what is known fits."""
-        return self.size <= self.free
+    def enough(self) -> bool | None:
+        """Whether it fits; None where that is not known."""
+        if self.size > self.free:
+            return False
+        return None if self.unknown else True
+
+    def document(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "bytes": self.size,
+            "estimated": self.estimated,
+            "free": self.free,
+            "unknown": self.unknown,
+            "enough": self.enough,
+        }
 
     def __str__(self) -> str:
         free = f"{_large(self.free)} are free"
-        if not self.size:
+        if not self.size and self.unknown:
             return f"disk: {free}; how much will be written is not known before something has run"
-        of = f"; nothing has run yet of {', '.join(self.unknown)}" if self.unknown else ""
-        short = "" if self.enough else "; that is not enough: 'hrcneuro cache gc' and 'hrcneuro cache slim' make room"
-        return f"disk: about {_large(self.size)} will be written, by what earlier runs wrote; {free}{short}{of}"
+        origin = "by what earlier runs wrote"
+        if self.estimated:
+            guess = "an estimate by the length of a session"
+            origin = guess if self.estimated == self.size else f"{origin}; {_large(self.estimated)} of it are {guess}"
+        of = f"; nothing has run yet of {', '.join(self.unknown)}: whether that is enough is not known"
+        short = "; that is not enough: 'hrcneuro cache gc' and 'hrcneuro cache slim' make room"
+        end = short if self.enough is False else of if self.unknown else ""
+        return f"disk: about {_large(self.size)} will be written, {origin}; {free}{end}"
 
 
-def expected(workdir: Workdir, items: Iterable[Item]) -> DiskForecast:
+def expected(workdir: Workdir, items: Iterable[Item], settings: Settings) -> DiskForecast:
     """Return how much disk those of these tasks want that would run."""
     coming = [item for item in items if item.state is State.WOULD_RUN]
     last = measured(workdir, [(item.stage, item.unit) for item in coming])
     alike: dict[tuple[str, bool], list[int]] = {}
-    total, unknown = 0, []
+    total, estimated, unknown = 0, 0, []
     for item in coming:
         kind = (item.stage, item.unit == GROUP)
         if kind not in alike:
@@ -63,9 +94,31 @@ def expected(workdir: Workdir, items: Iterable[Item]) -> DiskForecast:
         if known is None and alike[kind]:
             known = round(statistics.median(alike[kind]))
         if known is None and not item.draws:
-            unknown.append(item.stage)
+            known = _estimate(item.stage, item.unit, settings)
+            estimated += known or 0
+            if known is None:
+                unknown.append(item.stage)
         total += known or 0
-    return DiskForecast(len(coming), total, tuple(dict.fromkeys(unknown)), _free(workdir))
+    free = free_bytes(workdir.cache.root)
+    return DiskForecast(len(coming), total, estimated, tuple(dict.fromkeys(unknown)), free)
+
+
+def _estimate(stage: str, unit: str, settings: Settings) -> int | None:
+    """Return what a task will write by the length of a session, in bytes; None where nobody knows.
+
+    Of a recording that nobody has read yet, the length is taken to be that of the configured session.
+    """
+    if unit in OF_ALL or is_piece(unit):
+        return _OF_GROUP.get(stage)
+    if stage not in _OF_SUBJECT:
+        return None
+    acquire = settings.section("acquire", unit)
+    session = acquire.session
+    seconds = _EPISODE_S * (session.blocks * session.episodes_per_block + 2 * session.practice_episodes)
+    rate = acquire.sfreq if acquire.source == "synthetic" else _RECORDED_HZ
+    kept = min(rate, settings.section("preprocess", unit).sfreq)
+    share = {"acquire": rate / _RECORDED_HZ, "robot": 1.0}.get(stage, kept / _PREPROCESSED_HZ)
+    return round(_OF_SUBJECT[stage] * share * _CHANNELS * seconds)
 
 
 def _sizes(workdir: Workdir, stage: str, group: bool) -> list[int]:
@@ -74,13 +127,6 @@ def _sizes(workdir: Workdir, stage: str, group: bool) -> list[int]:
     ours = (folder for folder in folders if (entry_of(folder)[1] == GROUP) == group)
     records = (read_record(folder) for folder in islice(ours, _LOOKED_AT))
     return [record.size for record in records if record is not None]
-
-
-def _free(workdir: Workdir) -> int:
-    place = workdir.cache.root
-    while not place.exists() and place != place.parent:
-        place = place.parent
-    return shutil.disk_usage(place).free
 
 
 def _large(size: int) -> str:

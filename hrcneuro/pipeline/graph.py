@@ -7,11 +7,21 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from hrcneuro import drawings, stages
+from hrcneuro.cache.formats import Formats
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, OF_ALL, Drawing, Of, Reads, Sessions
 from hrcneuro.errors import ConfigError, did_you_mean
 from hrcneuro.pipeline.workdir import FIGURES
 
+FORMATS: Formats = {
+    ".fif": (b"\x00\x00\x00\x64\x00\x00\x00\x1f", b""),
+    ".parquet": (b"PAR1", b"PAR1"),
+    ".npz": (b"PK\x03\x04", b""),
+    ".png": (b"\x89PNG\r\n\x1a\n", b""),
+    ".pdf": (b"%PDF-", b""),
+    ".json": (b"", b""),
+}
+"""What stages and drawings write, by suffix: the bytes that it begins and ends with. Nothing of it is run as code."""
 # Excluded subjects stop here: their quality and outlier verdict belong in the report, their data in no analysis.
 _BEFORE_EXCLUSION = ("acquire", "preprocess", "epoch")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import logging
 import os
 import platform
@@ -19,14 +20,20 @@ from typing import Any
 from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.locks import PATIENCE_S
 from hrcneuro.cache.record import Record
-from hrcneuro.cache.store import PATIENCE_S, Store
-from hrcneuro.contract import GROUP, Inputs
+from hrcneuro.cache.store import Store
+from hrcneuro.contract import GROUP, Inputs, Sessions
 from hrcneuro.errors import HrcError, StageError, of_the_system
 from hrcneuro.pipeline import second_cache
 from hrcneuro.pipeline.anonymous import anonymous
 from hrcneuro.pipeline.graph import Task, drawing_of
 from hrcneuro.pipeline.item import State
+
+# Of glibc's malloc.h: from where on the heap is cut short behind its last block, and how many blocks may be mappings of
+# their own, with what glibc begins with.
+_M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
+_NEVER, _MAPPINGS = 2**31 - 1, 65536
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
     place = (job.task.name, job.task.unit, job.key)
+    keep_memory(growing=not job.task.draws and _in_real_time(job))
     call, libraries = work_of(job.task, job.config)
     with store.workspace(*place) as work, _overhear() as overheard:
         # One BLAS thread: results must not depend on how many cores a machine has, and subjects are the parallel axis.
@@ -116,6 +124,10 @@ def _compute(job: Job, store: Store, start: float) -> Record:
         }
         record = Record(*place, job.parts, {}, summary, provenance)
         return store.publish(record, work)
+
+
+def _in_real_time(job: Job) -> bool:
+    return stages.load(job.task.name).sessions(job.config) is not Sessions.SIDE_BY_SIDE
 
 
 @contextlib.contextmanager
@@ -179,6 +191,34 @@ def _peak_rss_mb() -> int:
     import resource
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+
+def keep_memory(*, growing: bool = False) -> bool:
+    """Let this process keep the memory that it frees for what it asks for next; return whether the C library can.
+
+    Stages need a gigabyte one after the other, and arrays of some megabytes come and go within them. As it stands,
+    glibc gives each back to the system and takes the next one page by page, cleared: on a virtual machine whose host
+    takes free pages away meanwhile, 2.5 s a gigabyte. The peak, which is what a worker is given, stays as it is.
+
+    Args:
+        growing: Large blocks are mappings of their own all the same, as they are without this: what a session on an
+            arm writes down grows in place then, and is never copied within a control cycle.
+    """
+    mallopt = _mallopt()
+    return mallopt is not None and bool(
+        mallopt(_M_TRIM_THRESHOLD, _NEVER) and mallopt(_M_MMAP_MAX, _MAPPINGS if growing else 0)
+    )
+
+
+@functools.cache
+def _mallopt() -> Callable[[int, int], int] | None:
+    import ctypes
+
+    try:
+        found: Callable[[int, int], int] = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):
+        return None
+    return found
 
 
 def one_thread() -> None:

@@ -7,25 +7,17 @@ import time
 from collections.abc import Callable
 
 from hrcneuro.cache import transfer
-from hrcneuro.cache.bucket import Bucket, has_password, shown
+from hrcneuro.cache.bucket import Bucket, has_password, without_login
 from hrcneuro.cache.record import Entry, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import ConfigError, HrcError, StageError
+from hrcneuro.pipeline.graph import FORMATS
 
-FORMATS: transfer.Formats = {
-    ".fif": (b"\x00\x00\x00\x64\x00\x00\x00\x1f", b""),
-    ".parquet": (b"PAR1", b"PAR1"),
-    ".npz": (b"PK\x03\x04", b""),
-    ".png": (b"\x89PNG\r\n\x1a\n", b""),
-    ".pdf": (b"%PDF-", b""),
-    ".json": (b"", b""),
-}
-"""What stages and drawings write, by suffix: the bytes that it begins and ends with. Nothing of it is run as code."""
-
-# The buckets of this process, and when one last could not be read: each try waits for the network.
+# The buckets of this process, and until when one that could not be read is not asked again: each try waits for the
+# network, so no more than a tenth of the time goes into that.
 _buckets: dict[str, Bucket] = {}
-_silent: dict[str, float] = {}
-_AGAIN_S = 60.0
+_silent_until: dict[str, float] = {}
+_AGAIN_S, _TIMES_ITS_COST = 60.0, 10.0
 
 
 def named(given: str | None) -> str:
@@ -51,7 +43,7 @@ def for_workers(url: str) -> str:
     if url == named(None):
         return ""
     raise ConfigError(
-        f"{shown(url)} is given with a password, which would travel to all workers in files and over the network",
+        f"{without_login(url)} is given with a password, which would travel to all workers, in files and by network",
         cure="leave it out and use keys that the workers have (~/.ssh, ~/.aws, an agent), or set HRCNEURO_FROM to the "
         "address with its password, here and where the workers run, and leave --from out",
     )
@@ -65,13 +57,19 @@ def take(url: str, store: Store, entry: Entry, tell: Callable[[str], None]) -> R
     if url not in _buckets:
         _buckets[url] = Bucket(url)
     bucket = _buckets[url]
-    if url in _silent and time.monotonic() - _silent[url] < _AGAIN_S:
+    begin = time.monotonic()
+    if begin < _silent_until.get(url, 0.0):
         return None
     try:
         return transfer.take(store, bucket, entry, formats=FORMATS)
     except StageError as error:
-        _silent[url] = time.monotonic()
-        tell(f"computed here, as what follows within {_AGAIN_S:.0f} s: {error.problem}")
+        now = time.monotonic()
+        again_s = max(_AGAIN_S, _TIMES_ITS_COST * (now - begin))
+        _silent_until[url] = now + again_s
+        tell(f"computed here, as what follows within {again_s:.0f} s: {error.problem}")
     except HrcError as error:
         tell(f"computed here: of {bucket} {error.problem}")
+    except Exception as error:
+        # Whoever writes there must not be able to end a run here, by whatever nobody has thought of.
+        tell(f"computed here: what {bucket} has of it cannot be taken ({type(error).__name__})")
     return None

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hrcneuro.cache.disk import guarded, read_file
+from hrcneuro.cache.disk import guarded, read_file, read_json
+from hrcneuro.cache.locks import PATIENCE_S
 from hrcneuro.cache.placed import PlacedStudy, read_id
 from hrcneuro.cache.record import Entry, Record, dropped, is_key, read_record
-from hrcneuro.cache.store import PATIENCE_S, Store
+from hrcneuro.cache.store import Store
 from hrcneuro.cache.studies import Studies
 from hrcneuro.contract import ASKED_BY
 from hrcneuro.errors import ConfigError, DataError
@@ -204,8 +205,8 @@ def _parsed(path: Path) -> dict[str, Any]:
         OSError: It cannot be read.
     """
     try:
-        content = json.loads(read_file(path))
-    except (ValueError, RecursionError):
+        content = read_json(path)
+    except ValueError:
         return {}
     return content if isinstance(content, dict) else {}
 

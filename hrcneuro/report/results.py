@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import drawings, published
+from hrcneuro.cache.disk import read_json
 from hrcneuro.contract import GROUP, OF_ALL
 from hrcneuro.eeg.significance import SignificanceMap
 from hrcneuro.pipeline.workdir import FIGURES
@@ -91,7 +91,7 @@ class Results:
             if path == path.parent:
                 return {}
             path = path.parent
-        return json.loads((path / "record.json").read_text(encoding="utf-8"))
+        return read_json(path / "record.json")
 
     def figures(self, name: str) -> list[Figure]:
         """Return the pictures of a stage, or of several that they join, the group's first."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro import drawings, stages
+from hrcneuro.cache.disk import read_json
 from hrcneuro.contract import params
 from hrcneuro.pipeline import graph
 from hrcneuro.pipeline.item import Item
@@ -117,7 +118,7 @@ def _known(one: str) -> bool:
 def read(mark: Path) -> Mapping[str, Any]:
     """Return what is noted of a report; nothing where there is none."""
     try:
-        content = json.loads(mark.read_text(encoding="utf-8"))
+        content = read_json(mark)
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -74,10 +74,33 @@ class Limits:
             qd: The command asked for.
             last: The command sent a cycle ago.
         """
-        met = 0
         if not isfinite(sum(qd)):
             return self._towards([0.0] * 6, last)[0], INVALID
-        share = 1.0
+        met = 0
+        if not self._is_free(q, qd):
+            qd, met = self._scaled(q, qd)
+        qd, slowed = self._towards(qd, last)
+        if not self._stays_inside(q, qd):
+            return self._towards([0.0] * 6, last)[0], met | slowed | BOX
+        return qd, met | slowed
+
+    def _is_free(self, q: Vector, qd: Vector) -> bool:
+        # Whether no joint is too quick or near an end of its range: nearly always so, and known sooner than by what
+        # share a command would be scaled.
+        q0, q1, q2, q3, q4, q5 = q
+        v0, v1, v2, v3, v4, v5 = qd
+        m0, m1, m2, m3, m4, m5 = self.speed
+        free = self._free
+        return (
+            -m0 <= v0 <= m0 and -m1 <= v1 <= m1 and -m2 <= v2 <= m2
+            and -m3 <= v3 <= m3 and -m4 <= v4 <= m4 and -m5 <= v5 <= m5
+            and -free <= q0 <= free and -free <= q1 <= free and -free <= q2 <= free
+            and -free <= q3 <= free and -free <= q4 <= free and -free <= q5 <= free
+        )  # fmt: skip
+
+    def _scaled(self, q: Vector, qd: list[float]) -> tuple[list[float], int]:
+        # The command within the joints' speeds and ranges, and which of the two it met.
+        met, share = 0, 1.0
         for asked, most in zip(qd, self.speed, strict=True):
             if asked * share > most or -asked * share > most:
                 share = most / abs(asked)
@@ -89,12 +112,7 @@ class Limits:
             if left < self._near and size * share > (most := self._brakeable(left)):
                 share = most / size
                 met |= RANGE
-        if met:
-            qd = [share * v for v in qd]
-        qd, slowed = self._towards(qd, last)
-        if not self._stays_inside(q, qd):
-            return self._towards([0.0] * 6, last)[0], met | slowed | BOX
-        return qd, met | slowed
+        return ([share * v for v in qd] if met else qd), met
 
     def _stop_for(self, stop: Bounds) -> None:
         self._a, self._j = stop.acceleration, stop.jerk
@@ -104,18 +122,22 @@ class Limits:
         self._lost = self._mild * (2.0 * self.reaction + 0.5 * stop.acceleration / stop.jerk)
         most = max(self.speed)
         self._near = most * (self._lost + 0.5 * most) / self._mild
+        # Within ± this, a joint is not near an end of its range, however that is rounded.
+        self._free = self.angle - self._near - 1e-9
 
     def _stays_inside(self, q: Vector, qd: Vector) -> bool:
         # The tip's way through reaction and braking, if this command were followed by a stop. A stop from v takes
         # v/a + a/j, or 2·√(v/j) where it never comes to brake at a, and half of that at v is its distance.
-        fastest = max(max(qd), -min(qd))
-        a, j = self._a, self._j
+        q0, q1, q2, q3, q4, q5 = q
+        v0, v1, v2, v3, v4, v5 = qd
+        sizes = abs(v0), abs(v1), abs(v2), abs(v3), abs(v4), abs(v5)
+        fastest, a, j, tool = max(sizes), self._a, self._j, self.tool
         braking = fastest / a + a / j if fastest * j >= a * a else 2.0 * sqrt(fastest / j)
         ahead = self.reaction + 0.5 * braking
-        looks = ceil(ahead * sum(map(abs, qd)) / _ARC) or 1
+        looks = ceil(ahead * sum(sizes) / _ARC) or 1
         for look in range(looks, 0, -1):
             t = ahead * look / looks
-            x, y, z = tip([angle + t * v for angle, v in zip(q, qd, strict=True)], self.tool)
+            x, y, z = tip((q0 + t * v0, q1 + t * v1, q2 + t * v2, q3 + t * v3, q4 + t * v4, q5 + t * v5), tool)
             if not (self._x0 <= x <= self._x1 and self._y0 <= y <= self._y1 and self._z0 <= z <= self._z1):
                 return False
         return True
@@ -126,10 +148,9 @@ class Limits:
 
     def _towards(self, qd: list[float], last: Vector) -> tuple[list[float], int]:
         # The whole change is scaled, not its largest part, so that the joints stay in step.
-        most = 0.0
-        for new, old in zip(qd, last, strict=True):
-            change = new - old if new > old else old - new
-            most = change if change > most else most
+        v0, v1, v2, v3, v4, v5 = qd
+        u0, u1, u2, u3, u4, u5 = last
+        most = max(abs(v0 - u0), abs(v1 - u1), abs(v2 - u2), abs(v3 - u3), abs(v4 - u4), abs(v5 - u5))
         if most <= self.step:
             return qd, 0
         share = self.step / most

@@ -102,8 +102,8 @@ class Loop(Cycle):
             if self._send(now, packet, qd, phase, move, at) and onset != onset:
                 onset, marked = now, self._mark(now, move)
             if near is not None and t > half:
-                off = sqrt(sum((g - a + e) ** 2 for g, a, e in zip(goal, at, (ex, ey, ez), strict=True)))
-                if off <= radius and near(now - self._zero):
+                x, y, z = goal[0] - at[0] + ex, goal[1] - at[1] + ey, goal[2] - at[2] + ez
+                if sqrt(x * x + y * y + z * z) <= radius and near(now - self._zero):
                     motion = path.state(self._next - start)
                     return self._track(first, start, onset, now, marked, motion)
 

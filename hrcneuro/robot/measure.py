@@ -39,8 +39,8 @@ def tip(telemetry: Telemetry, *, tool: float) -> Tip:
 
 
 def _tip(q: np.ndarray, qd: np.ndarray, tool: float) -> tuple[np.ndarray, ...]:
-    pose = kinematics.forward(q, tool=tool)
-    velocity = np.einsum("nij,nj->ni", kinematics.jacobian(q, tool=tool)[:, :3], qd)
+    pose, jacobian = kinematics.pose_and_jacobian(q, tool=tool)
+    velocity = np.einsum("nij,nj->ni", jacobian[:, :3], qd)
     rotation = kinematics.rotation_vector(pose[:, :3, :3])
     # Angles near π jump between an axis and its opposite; one branch is kept.
     angle = np.linalg.norm(rotation, axis=1, keepdims=True)

@@ -67,14 +67,15 @@ class Supervisor:
             self._late_cycles.append((now, late))
         if late > self._late:
             self._late = late
-        if now - packet.stamp > self._age:
-            self._age = now - packet.stamp
+        age = now - packet.stamp
+        if age > self._age:
+            self._age = age
         # The half nanosecond keeps a packet of exactly the greatest age from tripping on rounding.
         if (
             packet.safety == NORMAL
             and packet.runtime == PLAYING
             and packet.scaling >= self.min_scaling
-            and now - packet.stamp <= self.max_age + 5e-10
+            and age <= self.max_age + 5e-10
             and late <= self.max_late
             and not self._keeper()
         ):

@@ -83,8 +83,7 @@ class SimArm:
             self._cycle()
         packet = Packet(self._at, self._q, self._qd)
         if self._disturbances:
-            packet = self._spoil(packet)
-        self._packet = packet
+            packet = self._packet = self._spoil(packet)
         return packet
 
     def speed(self, qd: list[float]) -> None:
@@ -107,9 +106,15 @@ class SimArm:
         command = self._waiting.pop(0)
         keep, reach = self._keep, self._reach
         # Exact for a command that is constant over the cycle: qd → u + (qd − u) e^(−T/τ).
-        q, qd = self._q, self._qd
-        self._q = [a + PERIOD * u + reach * (v - u) for a, v, u in zip(q, qd, command, strict=True)]
-        self._qd = [u + keep * (v - u) for v, u in zip(qd, command, strict=True)]
+        q0, q1, q2, q3, q4, q5 = self._q
+        v0, v1, v2, v3, v4, v5 = self._qd
+        u0, u1, u2, u3, u4, u5 = command
+        v0, v1, v2, v3, v4, v5 = v0 - u0, v1 - u1, v2 - u2, v3 - u3, v4 - u4, v5 - u5
+        self._q = [
+            q0 + PERIOD * u0 + reach * v0, q1 + PERIOD * u1 + reach * v1, q2 + PERIOD * u2 + reach * v2,
+            q3 + PERIOD * u3 + reach * v3, q4 + PERIOD * u4 + reach * v4, q5 + PERIOD * u5 + reach * v5,
+        ]  # fmt: skip
+        self._qd = [u0 + keep * v0, u1 + keep * v1, u2 + keep * v2, u3 + keep * v3, u4 + keep * v4, u5 + keep * v5]
         self._at += PERIOD
 
     def _spoil(self, packet: Packet) -> Packet:

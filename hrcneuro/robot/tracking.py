@@ -68,7 +68,7 @@ class ResolvedRate:
         """
         q1, q2, q3, q4, q5, q6 = q
         c1, s1, q23, q234, end = cos(q1), sin(q1), q2 + q3, q2 + q3 + q4, self._end
-        c, s, c5, s5 = cos(q234), sin(q234), cos(q5), sin(q5)
+        c, s, c5, s5, c6, s6 = cos(q234), sin(q234), cos(q5), sin(q5), cos(q6), sin(q6)
 
         # Position, with x along the arm: p2, p3 are joints 3 and 4; the last axis is (ux, uy, uz).
         x2, z2 = _A2 * cos(q2), _A2 * sin(q2)
@@ -76,78 +76,76 @@ class ResolvedRate:
         ux, uy, uz = -s5 * c, -c5, -s5 * s
         px, py, pz = x3 + _D5 * s + end * ux, -_D4 + end * uy, z3 - _D5 * c + end * uz
 
-        ax, ay = c1 * at[0] + s1 * at[1], c1 * at[1] - s1 * at[0]
-        ex, ey, ez = ax - px, ay - py, at[2] - _D1 - pz
-        gain = self.gain
-        wx, wy, wz = self._turn(c1, s1, c, s, c5, s5, q6)
-        twist = (
-            c1 * v[0] + s1 * v[1] + gain * ex,
-            c1 * v[1] - s1 * v[0] + gain * ey,
-            v[2] + gain * ez,
-            gain * wx,
-            gain * wy,
-            gain * wz,
-        )
+        atx, aty, atz = at
+        ex, ey, ez = c1 * atx + s1 * aty - px, c1 * aty - s1 * atx - py, atz - _D1 - pz
+        wx, wy, wz = self._turn(c1, s1, c, s, ux, uy, uz, c5, s5, c6, s6)
+
         # Columns of J: 1 (−py, px, 0 | 0, 0, 1); 2, 3, 4 (−z, 0, x | 0, −1, 0); 5 (b | s, 0, −c); 6 (0 | u).
         bx, by, bz = end * c * uy, -end * (c * ux + s * uz), end * s * uy
-        qd = _solve(-py, px, pz, pz - z2, px - x2, pz - z3, px - x3, bx, by, bz, c, s, ux, uy, uz, self._lambda2, twist)
+        py, z2, x2, z3, x3 = -py, pz - z2, px - x2, pz - z3, px - x3
+        damping, gain, (vx, vy, vz) = self._lambda2, self.gain, v
+        # J Jᵀ + λ²I, upper triangle; then Jᵀ times the solution.
+        y0, y1, y2, y3, y4, y5 = ldl6(
+            (
+                py * py + pz * pz + z2 * z2 + z3 * z3 + bx * bx + damping,
+                py * px + bx * by,
+                bx * bz - pz * px - z2 * x2 - z3 * x3,
+                bx * s,
+                pz + z2 + z3,
+                py - bx * c,
+                px * px + by * by + damping,
+                by * bz,
+                by * s,
+                0.0,
+                px - by * c,
+                px * px + x2 * x2 + x3 * x3 + bz * bz + damping,
+                bz * s,
+                -(px + x2 + x3),
+                -bz * c,
+                s * s + ux * ux + damping,
+                ux * uy,
+                ux * uz - s * c,
+                3.0 + uy * uy + damping,
+                uy * uz,
+                1.0 + c * c + uz * uz + damping,
+            ),
+            (
+                c1 * vx + s1 * vy + gain * ex,
+                c1 * vy - s1 * vx + gain * ey,
+                vz + gain * ez,
+                gain * wx,
+                gain * wy,
+                gain * wz,
+            ),
+        )
+        qd = [
+            py * y0 + px * y1 + y5,
+            px * y2 - pz * y0 - y4,
+            x2 * y2 - z2 * y0 - y4,
+            x3 * y2 - z3 * y0 - y4,
+            bx * y0 + by * y1 + bz * y2 + s * y3 - c * y5,
+            ux * y3 + uy * y4 + uz * y5,
+        ]
         return qd, c1 * ex - s1 * ey, s1 * ex + c1 * ey, ez
 
     def _turn(
-        self, c1: float, s1: float, c: float, s: float, c5: float, s5: float, q6: float
-    ) -> tuple[float, float, float]:
-        # Half the sum of the axes' cross products is the rotation vector for the small angles that occur here.
-        c6, s6 = cos(q6), sin(q6)
-        ix, iy, iz = c5 * c, -s5, c5 * s  # x5
-        jx, jz = -s, c  # y5, whose y is 0
-        x = (c6 * ix + s6 * jx, c6 * iy, c6 * iz + s6 * jz)
-        y = (c6 * jx - s6 * ix, -s6 * iy, c6 * jz - s6 * iz)
-        wx = wy = wz = 0.0
-        for (nx, ny, nz), (rx0, ry0, rz) in zip((x, y, (-s5 * c, -c5, -s5 * s)), self._axes, strict=True):
-            rx, ry = c1 * rx0 + s1 * ry0, c1 * ry0 - s1 * rx0
-            wx += ny * rz - nz * ry
-            wy += nz * rx - nx * rz
-            wz += nx * ry - ny * rx
-        return 0.5 * wx, 0.5 * wy, 0.5 * wz
-
-
-def _solve(
-    py: float, px: float, z1: float, z2: float, x2: float, z3: float, x3: float, bx: float, by: float, bz: float,
-    c: float, s: float, ux: float, uy: float, uz: float, damping: float, twist: tuple[float, ...],
-) -> list[float]:  # fmt: skip
-    # J Jᵀ + λ²I, upper triangle, from J's columns as __call__ names them; then Jᵀ times the solution.
-    m = (
-        py * py + z1 * z1 + z2 * z2 + z3 * z3 + bx * bx + damping,
-        py * px + bx * by,
-        bx * bz - z1 * px - z2 * x2 - z3 * x3,
-        bx * s,
-        z1 + z2 + z3,
-        py - bx * c,
-        px * px + by * by + damping,
-        by * bz,
-        by * s,
-        0.0,
-        px - by * c,
-        px * px + x2 * x2 + x3 * x3 + bz * bz + damping,
-        bz * s,
-        -(px + x2 + x3),
-        -bz * c,
-        s * s + ux * ux + damping,
-        ux * uy,
-        ux * uz - s * c,
-        3.0 + uy * uy + damping,
-        uy * uz,
-        1.0 + c * c + uz * uz + damping,
-    )
-    y0, y1, y2, y3, y4, y5 = ldl6(m, twist)
-    return [
-        py * y0 + px * y1 + y5,
-        px * y2 - z1 * y0 - y4,
-        x2 * y2 - z2 * y0 - y4,
-        x3 * y2 - z3 * y0 - y4,
-        bx * y0 + by * y1 + bz * y2 + s * y3 - c * y5,
-        ux * y3 + uy * y4 + uz * y5,
-    ]
+        self, c1: float, s1: float, c: float, s: float, ux: float, uy: float, uz: float, c5: float, s5: float,
+        c6: float, s6: float,
+    ) -> tuple[float, float, float]:  # fmt: skip
+        # Half the sum of the axes' cross products is the rotation vector for the small angles that occur here. x5 is
+        # (c5 c, −s5, c5 s) and y5 (−s, 0, c); turned by q6 they are the tool's x and y, and its z is (ux, uy, uz).
+        a, b = c5 * c, c5 * s
+        xx, xy, xz = c6 * a - s6 * s, c6 * -s5, c6 * b + s6 * c
+        yx, yy, yz = c6 * -s - s6 * a, -s6 * -s5, c6 * c - s6 * b
+        (ax, ay, az), (bx, by, bz), (dx, dy, dz) = self._axes
+        ax, ay = c1 * ax + s1 * ay, c1 * ay - s1 * ax
+        bx, by = c1 * bx + s1 * by, c1 * by - s1 * bx
+        dx, dy = c1 * dx + s1 * dy, c1 * dy - s1 * dx
+        return (
+            0.5 * (xy * az - xz * ay + (yy * bz - yz * by) + (uy * dz - uz * dy)),
+            0.5 * (xz * ax - xx * az + (yz * bx - yx * bz) + (uz * dx - ux * dz)),
+            0.5 * (xx * ay - xy * ax + (yx * by - yy * bx) + (ux * dy - uy * dx)),
+        )
 
 
 def ldl6(upper: Vector, b: Vector) -> tuple[float, ...]:

@@ -45,7 +45,8 @@ class TileMove:
 
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return position (m) and velocity (m/s), each (x, y, z), at ``t`` seconds."""
-        u = min(max(t / self.duration, 0.0), 1.0)
+        u = t / self.duration
+        u = 0.0 if u < 0.0 else 1.0 if u > 1.0 else u
         s = u * u * u * (10.0 + u * (6.0 * u - 15.0))
         rate = u * (1.0 - u)
         rate *= 30.0 * rate / self.duration

@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -76,6 +77,7 @@ class Workspace:
                 f"keep-inside box reaches from {cell.floor} to {cell.ceiling} m",
             )
         self.reach = self._solve()
+        self._peaks: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}  # of moves that were asked for
 
     def position(self, row: int, col: int) -> Position:
         """Return the tip's position over the centre of a tile."""
@@ -188,6 +190,14 @@ class Workspace:
             starts: Tiles (row, column), shape (moves, 2).
             ends: The same for the ends.
         """
+        ways = [(int(r), int(c), int(row), int(col)) for (r, c), (row, col) in zip(starts, ends, strict=True)]
+        if new := [way for way in dict.fromkeys(ways) if way not in self._peaks]:
+            tiles = np.array(new)
+            self._peaks |= dict(zip(new, zip(*self._peaks_of(tiles[:, :2], tiles[:, 2:]), strict=True), strict=True))
+        peaks = np.array([self._peaks[way] for way in ways]).reshape(-1, 2, 6)
+        return peaks[:, 0], peaks[:, 1]
+
+    def _peaks_of(self, starts: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         u = np.linspace(0.0, 1.0, 101)
         s = minimum_jerk(u)[0][None, :, None]
         first, last = (np.array([self.position(r, c) for r, c in tiles])[:, None] for tiles in (starts, ends))
@@ -241,6 +251,16 @@ class Workspace:
         return reach
 
 
+@lru_cache(maxsize=2)
+def workspace_of(cell: Cell) -> Workspace:
+    """Return the grid in a cell, solved once for all sessions there.
+
+    Raises:
+        CellError: As of :class:`Workspace`.
+    """
+    return Workspace(cell)
+
+
 def _check_range(q: np.ndarray, place: str) -> None:
     joint = int(np.argmax(np.abs(q)))
     if abs(q[joint]) > MAX_ANGLE:
@@ -262,6 +282,6 @@ def pose(position: np.ndarray | tuple[float, ...]) -> np.ndarray:
 def refine(q: np.ndarray, targets: np.ndarray, *, tool: float) -> np.ndarray:
     """Return configurations (..., 6), three Newton steps from good guesses ``q`` towards ``targets`` (..., 4, 4)."""
     for _ in range(3):
-        error = kinematics.pose_error(targets, kinematics.forward(q, tool=tool))
-        q = q + np.linalg.solve(kinematics.jacobian(q, tool=tool), error[..., None])[..., 0]
+        at, jacobian = kinematics.pose_and_jacobian(q, tool=tool)
+        q = q + np.linalg.solve(jacobian, kinematics.pose_error(targets, at)[..., None])[..., 0]
     return q

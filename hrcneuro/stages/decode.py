@@ -205,7 +205,8 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
                     continue
                 seen = decoders.features_of(rows)
                 for decoder, score, quick in decoders.of(seen):
-                    results.add(decoder, problems.decode(trials, plan, config, score, permute=quick), permuted=quick)
+                    decoded = problems.decode(trials, plan, config, score, permuted=quick)
+                    results.add(decoder, decoded, permuted=quick is not None)
                 for found in patterns.of_problem(decoders, seen, trials.labels):
                     results.add_patterns(found, epochs.info["ch_names"])
     for file, (schema, frame) in rows_of.tables().items():

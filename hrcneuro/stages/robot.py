@@ -204,7 +204,7 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
     from hrcneuro.robot.assembly import rehearsing
     from hrcneuro.robot.plan import TooQuick, check_durations, check_paths, grid_moves, plan, select
     from hrcneuro.robot.rehearsal import Foreseen, rehearse
-    from hrcneuro.robot.workspace import CellError, Workspace
+    from hrcneuro.robot.workspace import CellError, workspace_of
 
     foreign = "the robot stage replays the grid study only; leave it out for other paradigms"
     with cured({ValueError: (DataError, foreign)}):
@@ -220,7 +220,7 @@ def _plan(config: Config, trials: pd.DataFrame) -> tuple[list[PlannedMove], Work
     with cured({ValueError: (DataError, "the log lost a row or is of another study: acquire the subject again")}):
         moves = plan(chosen, config)
     try:
-        workspace = Workspace(config.cell)
+        workspace = workspace_of(config.cell)
         check_durations(moves, workspace, acceleration=config.max_acceleration)
         check_paths(moves, workspace)
         given = config.lead_s is not None

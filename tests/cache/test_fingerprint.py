@@ -1,3 +1,4 @@
+import json
 import os
 
 import pytest
@@ -21,8 +22,6 @@ def test_a_digest_does_not_depend_on_the_order_of_keys(table):
 
 @given(JSON, JSON)
 def test_different_values_have_different_digests(a, b):
-    import json
-
     same = json.dumps(a, sort_keys=True) == json.dumps(b, sort_keys=True)
     assert (fingerprint.digest(a) == fingerprint.digest(b)) == same
 
@@ -77,7 +76,8 @@ def test_the_memo_notices_a_file_of_the_same_size_and_another_content(tmp_path):
     os.utime(path, ns=(5, 5))
     first = memo.get("bytes", path, fingerprint.file_digest)
     memo.save()
-    assert fingerprint.Memo(tmp_path / "memo.json").get("bytes", path, lambda p: "recomputed") == first
+    remembered = fingerprint.Memo(tmp_path / "memo.json")
+    assert remembered.get("bytes", path, lambda p: pytest.fail("it is remembered")) == first
     path.write_text("bbbb")
     os.utime(path, ns=(1, 1))
     assert fingerprint.Memo(tmp_path / "memo.json").get("bytes", path, fingerprint.file_digest) != first
@@ -94,10 +94,33 @@ def test_the_memo_does_not_trust_a_file_that_was_written_a_moment_ago(tmp_path):
     assert memo.get("bytes", path, fingerprint.file_digest) != first
 
 
-@pytest.mark.parametrize("text", ["{", "[]", "7", '"x"', "{} {}"])
+@pytest.mark.parametrize("text", ["{", "[]", "7", '"x"', "{} {}", "[" * 200_000, '{"a":' * 200_000, "9" * 10_000])
 def test_a_broken_memo_is_ignored(tmp_path, text):
     (tmp_path / "memo.json").write_text(text)
     assert fingerprint.Memo(tmp_path / "memo.json").known == {}
+
+
+def test_a_memo_as_large_as_a_disk_is_not_read(tmp_path):
+    with (tmp_path / "memo.json").open("wb") as file:
+        file.truncate(2**40)  # of holes
+    assert fingerprint.Memo(tmp_path / "memo.json").known == {}
+
+
+@pytest.mark.parametrize("value", [None, 7, "x", [], ["a" * 64], ["a" * 64, "house"], ["a" * 64, [7]], {"a": 1}])
+def test_what_a_memo_remembers_in_another_shape_is_computed_anew(package, value):
+    sound = read(package)
+    memo = fingerprint.Memo(package / "memo.json")
+    for path in package.rglob("*.py"):
+        os.utime(path, ns=(5, 5))
+    fingerprint.code("house.stage", package, memo)
+    memo.get("bytes", package / "stage.py", fingerprint.file_digest)
+    memo.save()
+    known = json.loads((package / "memo.json").read_text())
+    assert known
+    (package / "memo.json").write_text(json.dumps({name: [stamp, value] for name, (stamp, _) in known.items()}))
+    assert read(package) == sound
+    spoiled = fingerprint.Memo(package / "memo.json")
+    assert fingerprint.is_sha256(spoiled.get("bytes", package / "stage.py", fingerprint.file_digest))
 
 
 def test_a_module_that_loads_lazily_answers_for_what_it_names_for_type_checkers(package):

@@ -188,6 +188,53 @@ def test_a_lock_that_the_kernel_keeps_for_a_foreign_holder_is_gone_without(place
     other.release()
 
 
+@pytest.mark.parametrize("seconds", [-1800, 0, 1800])
+def test_a_lock_that_only_this_machine_s_kernel_knows_is_not_taken_from_another_one_that_lives(
+    monkeypatch, place, seconds
+):
+    """As with NFS's nolock or Lustre's localflock; whatever this machine's clock says."""
+    at_start = time.time
+    monkeypatch.setattr(time, "time", lambda: at_start() + seconds)
+    theirs = Holder(4711, "node17", "5", "which sings").text()
+    place.write_text(theirs)
+    lock = Lock(place)
+    assert not lock.take()
+    assert (lock.holder.pid, lock.holder.host) == (4711, "node17")
+    assert place.read_text() == theirs
+    assert [p.name for p in place.parent.iterdir()] == [place.name]
+    old = at_start() - locks.PATIENCE_S - 1
+    os.utime(place, (old, old))
+    assert lock.take()
+    lock.release()
+
+
+def test_a_lock_that_nobody_wants_any_more_is_not_waited_for(place):
+    other, ended = Lock(place), threading.Event()
+    assert other.take()
+    ended.set()
+    assert not wait_for(Lock(place), print, patience_s=60, ended=ended)
+    other.release()
+
+
+def test_such_a_holder_is_given_up_after_its_silence(place):
+    place.write_text("4711\nnode17\n")
+    said = []
+    lock = Lock(place)
+    assert wait_for(lock, said.append, patience_s=0.2)
+    assert "process 4711 on node17 has given no sign of life" in said[-1]
+    lock.release()
+
+
+def test_what_is_no_lock_file_is_neither_waited_for_nor_read_whole(place):
+    os.mkfifo(place)
+    assert Lock(place).sign()[1] == ""
+    place.unlink()
+    with place.open("wb") as file:
+        file.truncate(2**40)  # of holes
+    assert len(Lock(place).sign()[1]) <= locks._MOST_BYTES
+    assert Lock(place).take()
+
+
 def test_where_there_are_no_hard_links_either(monkeypatch, place):
     without_kernel_locks(monkeypatch)
 
@@ -233,6 +280,10 @@ def test_a_file_in_no_known_form_names_nobody(text):
     holder = Holder.read(text)
     assert (holder.pid, holder.dead, holder.here) == (0, False, False)
     assert str(holder) == "an unknown process"
+
+
+def test_what_a_lock_file_says_does_nothing_to_a_terminal():
+    assert str(Holder.read("4711\nno\x1b[2Jde\n5\na\x07b")) == "process 4711 on no?[2Jde, a?b"
 
 
 def test_a_holder_is_read_as_it_was_written():

@@ -1,8 +1,12 @@
 """A bucket behind SSH: on a server that is known, and on one that is not."""
 
+import os
+import socket
+import threading
+
 import pytest
 
-from hrcneuro.cache import fingerprint, transfer
+from hrcneuro.cache import filesystems, fingerprint, transfer
 from hrcneuro.cache.bucket import Bucket
 from hrcneuro.cache.record import Record
 from hrcneuro.cache.store import Store
@@ -50,6 +54,40 @@ def test_what_was_pushed_over_ssh_is_pulled_whole(lab, tmp_path):
     assert all(two.lookup(*entry, verify=True) for entry in entries)
     assert {m.fate for m in transfer.push(one, bucket, entries, force=True)} == {Fate.MOVED}
     assert not list((tmp_path / "served" / "lab" / "study" / ".part").iterdir())
+
+
+def test_a_machine_that_does_not_answer_is_given_up(lab, tmp_path, monkeypatch):
+    """Neither at its door nor, later, at a question; once it answers again it is asked again."""
+    known(tmp_path, lab.line)
+    monkeypatch.setattr(filesystems, "_SILENCE_S", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(HrcError, match="failed"):
+        Bucket(f"ssh://jane:x@127.0.0.1:{silent.getsockname()[1]}/lab").records()
+    bucket, go_on = Bucket(f"{lab.url}/lab"), threading.Event()
+    assert bucket.records() == ({}, [])
+    with monkeypatch.context() as hanging:
+        hanging.setattr(lab._folder, "stat", lambda self, path: go_on.wait(20))
+        try:
+            with pytest.raises(HrcError, match="failed"):
+                bucket.records()
+        finally:
+            go_on.set()
+    assert bucket.records() == ({}, [])
+
+
+def test_a_link_and_a_pipe_behind_ssh_are_no_files(lab, tmp_path):
+    known(tmp_path, lab.line)
+    one, two, bucket = Store(tmp_path / "one"), Store(tmp_path / "two"), Bucket(f"{lab.url}/lab")
+    entries = [publish(one, number) for number in range(2)]
+    list(transfer.push(one, bucket, entries))
+    for number, make in enumerate((lambda path: path.symlink_to(tmp_path / "elsewhere"), os.mkfifo)):
+        sha256 = fingerprint.file_digest(one.folder(*entries[number]) / "a.txt")
+        path = tmp_path / "served" / "lab" / "files" / sha256[:2] / sha256
+        path.replace(tmp_path / "elsewhere")
+        make(path)
+        assert not bucket.has(sha256, 100_000)
+    pulled = list(transfer.pull(two, bucket, entries, formats={".txt": (b"", b"")}))
+    assert [m.fate for m in pulled] == [Fate.REFUSED] * 2
+    assert all("is no file but a link" in m.error.problem for m in pulled)
 
 
 def test_a_machine_that_is_not_known_is_told_nothing(lab, tmp_path):

@@ -8,6 +8,8 @@ import pytest
 from filelock import FileLock
 
 from hrcneuro.cache.disk import explain_os_error
+from hrcneuro.cache.holder import Holder
+from hrcneuro.cache.locks import PATIENCE_S
 from hrcneuro.cache.record import RECORD, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import ConfigError, DataError, StageError
@@ -100,6 +102,21 @@ def test_sweep_removes_what_a_dead_process_left_and_spares_what_is_locked(store)
         Store(store.root).sweep()
     left = [p.name for p in store.leftovers()]
     assert left == [".tmp-bbbbbbbbbbbbbbbb-1"]
+
+
+def test_sweep_spares_the_work_of_a_machine_whose_locks_this_one_does_not_see(store):
+    """Until that machine has given no sign of life for long, by the disk's clock."""
+    work = store.root / "erp" / "s01" / f".tmp-{'a' * 16}-0a1b-7"
+    work.mkdir(parents=True)
+    lock = store.root / ".locks" / f"erp-s01-{'a' * 16}.lock"
+    lock.parent.mkdir()
+    lock.write_text(Holder(7, "another-machine", "5").text())
+    store.sweep()
+    assert work.is_dir()
+    old = lock.stat().st_mtime - PATIENCE_S - 1
+    os.utime(lock, (old, old))
+    store.sweep()
+    assert store.leftovers() == []
 
 
 def test_the_lock_lets_one_in_at_a_time(store):

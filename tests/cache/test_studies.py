@@ -142,13 +142,54 @@ def test_a_forgotten_study_points_at_nothing_and_its_id_stays_known(studies, stu
     assert [(one.entries, one.forgotten) for one in studies.read()] == [({B}, False)]
 
 
-@pytest.mark.parametrize("text", ["", "{}\n", "[1]\n", "no json\n", "\xff\n"])
+BOMB = "[" * 200_000 + "\n"
+
+
+@pytest.mark.parametrize("text", ["", "{}\n", "[1]\n", "no json\n", "\xff\n", BOMB])
 def test_a_file_that_cannot_be_understood_is_named(studies, study, text):
     run = studies.open(study, [A])
     run.write_text(text, encoding="latin-1")
     with pytest.raises(DataError, match=str(run)) as caught:
         studies.read()
     assert "remove that file" in caught.value.cure
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"id": "../../x"}, {"id": 7}, {"former": "ab"}, {"former": ["/x"]}, {"folder": None}, {"folder": "a\0b"},
+        {"folder": "\ud800"}, {"process": ["1", ""]}, {"process": 7}, {"over": "no"}, {"inode": []}, {"cache": {}},
+    ],
+)  # fmt: skip
+def test_a_first_line_of_another_shape_is_named(studies, study, change):
+    run = studies.open(study, [A])
+    run.write_text(json.dumps({**json.loads(run.read_text().splitlines()[0]), **change}) + "\n")
+    with pytest.raises(DataError, match="cannot be understood"):
+        studies.read()
+
+
+@pytest.mark.parametrize("at", ["null", '"now"', "1e400", "NaN", "1" * 400])
+def test_a_time_that_is_none_is_named(studies, study, at):
+    run = studies.open(study, [A])
+    with run.open("a") as file:
+        file.write(f'["erp", "s01", "{"a" * 16}", {at}]\n')
+    with pytest.raises(DataError, match="cannot be understood"):
+        studies.read()
+
+
+def test_a_list_as_large_as_a_disk_is_not_read(studies, study):
+    run = studies.open(study, [A])
+    os.truncate(run, 2**40)  # of holes
+    with pytest.raises(DataError, match="more than"):
+        studies.read()
+
+
+@pytest.mark.parametrize("text", [BOMB, "7\n", '["a"]\n', "\xff\n"])
+def test_what_was_there_before_the_list_is_named_where_it_cannot_be_understood(studies, text):
+    studies.root.mkdir()
+    (studies.root / ".before-the-list").write_text(text, encoding="latin-1")
+    with pytest.raises(DataError, match="before-the-list"):
+        studies.before()
 
 
 def test_a_line_that_names_no_entry_is_no_silence(studies, study):

@@ -10,11 +10,11 @@ import pytest
 
 from hrcneuro.cache import bucket as buckets
 from hrcneuro.cache import fingerprint, transfer
-from hrcneuro.cache.bucket import Bucket, shown
+from hrcneuro.cache.bucket import Bucket, without_login
 from hrcneuro.cache.record import PULLED, RECORD, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.cache.transfer import Fate
-from hrcneuro.errors import ConfigError, DataError
+from hrcneuro.errors import ConfigError, DataError, StageError
 
 fsspec = pytest.importorskip("fsspec", reason="needs the extra remote")
 FORMATS = {".txt": (b"", b""), ".json": (b"", b""), ".parquet": (b"PAR1", b"PAR1")}
@@ -188,7 +188,8 @@ def file_of(base, content):
 
 @pytest.mark.parametrize(
     "name",
-    ["../../../escaped.txt", "/tmp/escaped.txt", "a/../../b.txt", "a\\b.txt", ".hidden.txt", "a/.txt", "", "a//b.txt",
+    ["record.json/x.json", "deep/record.json", "a\ud800.json", "ä" * 130 + ".txt",
+     "../../../escaped.txt", "/tmp/escaped.txt", "a/../../b.txt", "a\\b.txt", ".hidden.txt", "a/.txt", "", "a//b.txt",
      "record.json", "line\nbreak.txt", "nul\0.txt", "x" * 5000 + ".txt"],
 )  # fmt: skip
 def test_a_name_that_leads_out_of_the_entry_is_refused(other, folder, tmp_path, name):
@@ -327,9 +328,124 @@ def test_a_record_in_the_cache_that_names_files_elsewhere_is_a_flaw(store, tmp_p
     assert store.lookup(*entry) is None
 
 
+def test_what_looks_like_a_record_is_told_from_what_lies_beside_them():
+    key = "0" * 16
+    assert buckets.is_like_record(f"scale/s01/{key}.json")
+    assert buckets.is_like_record(f".hidden/s01/{key}.json")
+    strays = ("scale/s01/notes.txt", "scale/s01/notes.json", f"scale/{key}.json", f"a/b/c/{key}.json", "circle")
+    assert not any(map(buckets.is_like_record, strays))
+
+
+def test_a_folder_that_cannot_be_listed_is_an_error_and_not_empty(store, folder, monkeypatch):
+    _, bucket = folder
+    assert bucket.records() == ({}, [])
+    push(store, bucket, [publish(store)])
+    listed = os.scandir
+
+    def refuse(path):
+        if os.fspath(path).endswith("records/scale"):
+            raise PermissionError(13, "Permission denied", path)
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    with pytest.raises(StageError, match="Permission denied"):
+        bucket.records()
+
+
+def test_a_folder_as_a_bucket_is_shared_with_those_who_may_write_it(store, folder):
+    base, bucket = folder
+    base.mkdir()
+    base.chmod(0o2775)
+    before = os.umask(0o077)
+    try:
+        push(store, bucket, [publish(store)])
+    finally:
+        os.umask(before)
+    for path in base.rglob("*"):
+        wanted = 0o070 if path.is_dir() else 0o040
+        assert path.stat().st_mode & wanted == wanted, path
+
+
+def test_what_is_sent_is_what_is_hashed(store, folder, monkeypatch):
+    """A file that is replaced while it goes: nothing appears under the other one's hash."""
+    base, bucket = folder
+    entry = publish(store, 1, {"a.txt": b"sound" * 10})
+    path = store.folder(*entry) / "a.txt"
+    has = Bucket.has
+
+    def replaced(self, sha256, size):
+        path.write_bytes(b"other" * 10)
+        return has(self, sha256, size)
+
+    monkeypatch.setattr(Bucket, "has", replaced)
+    done = push(store, bucket, [entry])[entry]
+    assert done.fate is Fate.REFUSED
+    assert "content of a.txt has changed" in done.error.problem
+    assert [p for p in base.rglob("*") if p.is_file()] == []
+
+
+@pytest.mark.parametrize("way", ["push", "pull"])
+def test_ctrl_c_waits_for_a_chunk_and_not_for_an_entry(store, other, folder, monkeypatch, way):
+    """Nothing half-written stays, and the same again goes on."""
+    base, bucket = folder
+    large, small = publish(store, 1, {"a.txt": b"x" * 5000}), publish(store, 2)
+    if way == "pull":
+        push(store, bucket, [large, small])
+    monkeypatch.setattr(transfer, "CHUNK", 100)
+    monkeypatch.setattr(buckets, "CHUNK", 100)
+    reached, go_on, read = threading.Event(), threading.Event(), []
+    shaped = hashlib.sha256
+
+    class Slow:
+        def __init__(self, data=b""):
+            self.digest, self.size = shaped(data), 0
+
+        def update(self, data):
+            self.digest.update(data)
+            read.append(len(data))
+            self.size += len(data)
+            if self.size >= 500:
+                reached.set()
+                go_on.wait(20)
+
+        def hexdigest(self):
+            return self.digest.hexdigest()
+
+    monkeypatch.setattr(transfer.hashlib, "sha256", Slow)
+    wanted = [small, large]
+    moved = transfer.push(store, bucket, wanted, workers=2) if way == "push" else None
+    moved = moved or transfer.pull(other, bucket, wanted, formats=FORMATS, workers=2)
+    next(moved)
+    assert reached.wait(20)
+    closing = threading.Thread(target=moved.close)
+    closing.start()
+    go_on.set()
+    closing.join(20)
+    assert sum(read) < 1000
+    monkeypatch.undo()
+    assert other.leftovers() == []
+    assert not list(base.glob(".part/*"))
+    again = push(store, bucket, wanted) if way == "push" else pull(other, bucket, wanted)
+    assert again[large].fate is Fate.MOVED
+
+
+def test_a_pull_leaves_what_was_dropped_here_dropped_unless_it_is_forced(store, other, folder):
+    _, bucket = folder
+    entry = publish(store)
+    push(store, bucket, [entry])
+    pull(other, bucket)
+    (other.folder(*entry) / ".slim").write_text(json.dumps(["a.txt"]))
+    (other.folder(*entry) / "a.txt").unlink()
+    assert pull(other, bucket)[entry].fate is Fate.SLIM
+    assert not (other.folder(*entry) / "a.txt").exists()
+    assert pull(other, bucket, force=True)[entry].fate is Fate.MOVED
+    assert other.lookup(*entry, verify=True) is not None
+    assert pull(other, bucket, force=True)[entry].fate is Fate.THERE
+
+
 @pytest.mark.parametrize("url", ["http://x/y", "github://a:b@/", "simplecache::file:///x", "s4://bucket"])
 def test_a_url_of_no_kind_that_can_be_used_is_refused(url):
-    with pytest.raises(ConfigError, match="allowed: file://, memory://, s3://, sftp://, ssh:// and a folder"):
+    with pytest.raises(ConfigError, match="allowed: file://, s3://, sftp://, ssh:// and a folder"):
         Bucket(url)
 
 
@@ -341,8 +457,8 @@ def test_a_library_that_is_absent_is_named_with_the_extra(monkeypatch):
 
 
 def test_a_password_in_a_url_is_shown_to_nobody(tmp_path, monkeypatch):
-    assert shown("ssh://me:secret@host/data") == "ssh://host/data"
-    assert shown("s3://key:se@cret@bucket") == "s3://bucket"
+    assert without_login("ssh://me:secret@host/data") == "ssh://host/data"
+    assert without_login("s3://key:se@cret@bucket") == "s3://bucket"
     bucket = Bucket(f"file://{tmp_path}/bucket")
     bucket.url = "ssh://me:secret@host/data"
 

@@ -1,7 +1,7 @@
 """Records and files that somebody has put there to do harm: ``python tests/chaos/hostile.py [TRIALS] [SEED]``.
 
-In a bucket that a run reads through, and in the cache itself. Nothing outside the cache may be read into it, written or
-run; what is refused is computed here, and the run ends complete.
+In a bucket that a run reads through, in the cache itself, and in what the cache notes for itself. Nothing outside the
+cache may be read into it, written or run; what is refused is computed here, and the run ends complete.
 """
 
 import hashlib
@@ -35,7 +35,10 @@ def _names(bucket, path, content, base, draw):
     secret = base / "secret.json"
     about = {"sha256": hashlib.sha256(secret.read_bytes()).hexdigest(), "size": secret.stat().st_size}
     evil = draw.choice(
-        ["../../../../secret.json", str(secret), "a/../../../../../secret.json", ".hidden", "a\x00b", ""]
+        [
+            *("../../../../secret.json", str(secret), "a/../../../../../secret.json", ".hidden", "a\x00b", ""),
+            *("a\ud800.json", "record.json/x.json", "a/record.json", "ä" * 200),
+        ]
     )
     content["outputs"][evil] = draw.choice([about, content["outputs"][name]])
 
@@ -108,12 +111,65 @@ IN_BUCKET = (_names, _sizes, _hashes, _shapes, _many, _nested, _long, _wide_numb
 IN_CACHE = (_names, _sizes, _hashes, _shapes, _many, _nested, _long, _wide_number, _endless, _pipe, _link)
 
 
+def _bomb(path, draw):
+    path.write_text(draw.choice(["[", '{"a":']) * 200_000 + "\n")
+
+
+def _huge(path, draw):
+    with path.open("wb") as file:
+        file.truncate(2**40)  # of holes
+
+
+def _digits(path, draw):
+    path.write_text("9" * 10_000 + "\n")
+
+
+def _shape(path, draw):
+    words = ["{}", "null", '[{"a": 1}]', '{"0": [[1, 2, 3], 7]}', '["erp", 7]', "4711\nevil\n\nsings"]
+    path.write_text(draw.choice(words) + "\n")
+
+
+def _values(path, draw):
+    """Keep the form, and put other values into it."""
+    text = path.read_text() if path.is_file() else ""
+    try:
+        known = json.loads(text)
+        value = draw.choice([None, 7, ["a"], {"a": []}])
+        path.write_text(json.dumps({name: [one[0], value] for name, one in known.items()}))
+    except (ValueError, AttributeError, TypeError, KeyError, IndexError):
+        path.write_text(text.replace('"', draw.choice(["", "[", "\\ud800"])) + "\n")
+
+
+def _bytes(path, draw):
+    path.write_bytes(draw.randbytes(500))
+
+
+def _a_pipe(path, draw):
+    os.mkfifo(path)
+
+
+def _a_folder(path, draw):
+    path.mkdir()
+
+
+def _endless_link(path, draw):
+    path.symlink_to("/dev/zero")
+
+
+OF_ITS_OWN = (_bomb, _huge, _digits, _shape, _values, _bytes, _a_pipe, _a_folder, _endless_link)
+PLACES = ("memo", "list", "slim", "before", "lock")
+
+
 def main(trials=36, seed=0):
     """Return 0 where nothing was lost."""
     base, draw = fresh("hostile"), random.Random(seed)
     wanted = reference(base)
     pushed = call(base, "cache", "push", base / "bucket", "--workdir", "calm", "-q")
-    faults = [Fault("hostile records in a bucket"), Fault("hostile records in the cache")]
+    faults = [
+        Fault("hostile records in a bucket"),
+        Fault("hostile records in the cache"),
+        Fault("hostile notes of the cache's own"),
+    ]
     if pushed.returncode:
         faults[0].skip(pushed.stderr.splitlines()[0])
     for number in range(trials):
@@ -124,6 +180,9 @@ def main(trials=36, seed=0):
         kind = IN_CACHE[number % len(IN_CACHE)]
         with faults[1].trial(kind.__name__[1:]):
             _cache(base, wanted, kind, draw)
+        kind, place = OF_ITS_OWN[number % len(OF_ITS_OWN)], PLACES[number % len(PLACES)]
+        with faults[2].trial(f"{kind.__name__[1:]} as {place}"):
+            _notes(base, wanted, place, kind, draw)
     shutil.rmtree(base)
     return tell(faults)
 
@@ -153,6 +212,36 @@ def _cache(base, wanted, kind, draw):
         shutil.rmtree(study)
 
 
+def _notes(base, wanted, place, kind, draw):
+    """Spoil what the cache notes for itself; the run ends complete, and gc drops nothing that is pointed at."""
+    study = base / "study"
+    shutil.copytree(base / "calm", study)
+    cache = study / "cache"
+    lock = draw.choice(sorted(cache.glob(".locks/*.lock")))
+    entry = draw.choice(sorted(cache.glob("[!.]*/*/*/record.json"))).parent
+    path = {
+        "memo": cache / ".memo.json",
+        "list": draw.choice(sorted(cache.glob(".studies/*.jsonl"))),
+        "slim": entry / ".slim",
+        "before": cache / ".before-the-list",
+        "lock": lock,
+    }[place]
+    if place == "lock":
+        # So that somebody wants it.
+        shutil.rmtree(cache.joinpath(*lock.stem.split("-", 2)))
+    if kind in (_a_pipe, _a_folder, _endless_link):
+        path.unlink(missing_ok=True)
+    kind(path, draw)
+    try:
+        _ends_complete(base, study, wanted, environment={"HRCNEURO_LOCK_WAIT": "1"})
+        cleaned = call(base, "cache", "gc", "--now", "--workdir", study, "-q", timeout=120)
+        if cleaned.returncode not in (0, 2, 3) or "Traceback" in cleaned.stderr:
+            raise Lost(f"gc ends with {cleaned.returncode}: {cleaned.stderr[-500:]}")
+        complete(study, wanted)
+    finally:
+        shutil.rmtree(study)
+
+
 def _spoil(kind, bucket, path, base, draw):
     """Write a record that is hostile, under a right seal where it has one."""
     for stale in base.glob("outside-*"):
@@ -174,8 +263,8 @@ def _files(bucket, path, content):
     return [bucket / "files" / a["sha256"][:2] / a["sha256"] for a in content["outputs"].values()]
 
 
-def _ends_complete(base, study, wanted, *words):
-    run = Quick(base, *RUN, "--workdir", study, "--executor", "serial", *words)
+def _ends_complete(base, study, wanted, *words, environment=None):
+    run = Quick(base, *RUN, "--workdir", study, "--executor", "serial", *words, environment=environment)
     code = run.wait(120)
     said = run.said()
     if code == 3 and "does not tell what it should" in said:

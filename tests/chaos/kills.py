@@ -19,7 +19,7 @@ from study import RUN, check, complete, ended, fresh, reference  # first: it mak
 from quick import Quick  # isort: skip
 from dask_lab import dask_lab
 from slurm_lab import slurm, why_not
-from table import Fault, Lost, tell
+from table import Fault, Lost, shared_out, tell
 
 # What share of the kills an executor gets: the first starts at once, the last takes many seconds. And how long after an
 # entry a kill may come.
@@ -32,40 +32,42 @@ def main(kills=500, seed=0, *names):
     """Return 0 where nothing was lost."""
     base = fresh("kills")
     wanted = reference(base)
-    faults = []
-    for name in names or SHARES:
-        fault = Fault(f"kill -9, executor {name}")
-        faults.append(fault)
-        number = kills if names else round(SHARES[name] * kills)
-        with _engine(name, base, fault) as (words, environment, lab):
-            if not fault.note:
-                _Killer(name, base, wanted, random.Random(f"{seed} {name}"), words, environment, lab).kill(
-                    number, fault
-                )
+    absent = {name: reason for name in names or SHARES if (reason := _absent(name))}
+    numbers = dict.fromkeys(names, kills) or shared_out(kills, {n: s for n, s in SHARES.items() if n not in absent})
+    faults = [Fault(f"kill -9, executor {name}").skip(reason) for name, reason in absent.items()]
+    for name, number in numbers.items():
+        if name in absent or not number:
+            continue
+        fault, again = Fault(f"kill -9, executor {name}"), Fault(f"begun again after kills, executor {name}")
+        faults += [fault, again]
+        with _engine(name, base) as (words, environment, lab):
+            killer = _Killer(name, base, wanted, random.Random(f"{seed} {name}"), words, environment, lab)
+            killer.kill(number, fault, again)
     shutil.rmtree(base)
     return tell(faults)
 
 
 @contextlib.contextmanager
-def _engine(name, base, fault):
+def _engine(name, base):
     """Yield the words and the environment that choose an executor, and a dask laboratory."""
     with contextlib.ExitStack() as exits:
         words, environment, lab = ["--executor", name, "-j", "2"], {}, None
-        if name == "dask" and not importlib.util.find_spec("distributed"):
-            fault.skip("the extra dask is not installed")
-        elif name == "dask":
+        if name == "dask":
             (base / "dask").mkdir()
             lab = exits.enter_context(dask_lab(base / "dask"))
             words = ["--executor", "dask", "--set", f"cluster.scheduler={lab.address}"]
-        if name == "slurm" and (reason := why_not() or _absent("submitit")):
-            fault.skip(reason)
-        elif name == "slurm":
+        if name == "slurm":
             environment = exits.enter_context(slurm(base / "slurm", cores=4))
         yield words, environment, lab
 
 
-def _absent(module):
-    return "" if importlib.util.find_spec(module) else f"{module} is not installed"
+def _absent(executor):
+    """Return why an executor cannot be tried here; empty where it can."""
+    if executor == "dask":
+        return "" if importlib.util.find_spec("distributed") else "the extra dask is not installed"
+    if executor == "slurm":
+        return why_not() or ("" if importlib.util.find_spec("submitit") else "submitit is not installed")
+    return ""
 
 
 class _Killer:
@@ -76,8 +78,8 @@ class _Killer:
         self.before = {}
         self.complete = 0
 
-    def kill(self, number, fault):
-        """Kill so often, then let a last run complete; tell how it went."""
+    def kill(self, number, fault, again):
+        """Kill so often, then let a last run complete, which is no kill; tell how it went."""
         begin = time.monotonic()
         while fault.tried < number:
             run = Quick(self.base, *RUN, "--workdir", self.study, *self.words, environment=self.environment)
@@ -88,7 +90,7 @@ class _Killer:
             with fault.trial(f"kill {fault.tried + 1}"):
                 self._kill_one(run)
                 self.before = check(self.study, self.wanted, self.before)
-        with fault.trial("the last run completes"):
+        with again.trial("the last run completes"):
             run = Quick(self.base, *RUN, "--workdir", self.study, *self.words, environment=self.environment)
             if run.wait(_RUN_S) != 0:
                 raise Lost(f"exit code {run.code}: {run.said()[-500:]}")

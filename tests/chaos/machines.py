@@ -1,8 +1,9 @@
 """Machines that share one cache and race: ``python tests/chaos/machines.py [TRIALS] [SEED]``.
 
 Each machine is a namespace of its own: another host name, process numbers that others have, too, and the cache under
-another path. The cache has locks, refuses them (as NFS without its lock daemon), or gives them to everybody (as some
-that only seem to lock). In every second trial a machine is killed. All must end complete, with the bytes of one alone.
+another path. The cache has locks, refuses them (as NFS without its lock daemon), gives them to everybody (as some that
+only seem to lock), or has others on each machine; then the second begins while the first is at work. In every second
+trial a machine is killed. All must end complete, with the bytes of one alone.
 """
 
 import os
@@ -15,10 +16,20 @@ import time
 from study import COMMAND, RUN, around, complete, fresh, reference  # first: it makes the helpers importable
 from table import Fault, Lost, tell
 
+MINE_ALONE = "locks that each machine has for itself"
 LOCKS = {
     "locks that work": "",
     "no locks (ENOLCK)": "import fcntl, os, errno\ndef f(*_): raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))\n",
     "locks that do nothing": "import fcntl\ndef f(*_): return None\n",
+    # As NFS with nolock or Lustre with localflock: two kinds of locks that do not see each other.
+    MINE_ALONE: """
+import fcntl, socket, struct
+def f(file, how, flock=fcntl.flock):
+    if socket.gethostname() == "node0":
+        return flock(file, how)
+    kind = fcntl.F_UNLCK if how & fcntl.LOCK_UN else fcntl.F_WRLCK
+    fcntl.fcntl(file, fcntl.F_OFD_SETLK, struct.pack("hhqqi4x", kind, 0, 0, 0, 0))
+""",
 }
 _APART = ("unshare", "--uts", "--pid", "--fork", "--kill-child", "--mount", "--mount-proc", "sh", "-c")
 _SCRIPT = 'hostname "$1"; mount --bind "$2" "$3"; shift 3; exec "$@"'
@@ -37,13 +48,15 @@ def main(trials=6, seed=0):
             faults.append(fault)
             for number in range(trials):
                 with fault.trial(f"trial {number + 1}"):
-                    _race(base / f"trial{len(faults)}-{number}", base, wanted, patch, draw, killed=number % 2)
+                    place = base / f"trial{len(faults)}-{number}"
+                    _race(place, base, wanted, patch, draw, killed=number % 2, at_work=name == MINE_ALONE)
         return tell(faults)
     finally:
         shutil.rmtree(base, ignore_errors=True)
 
 
-def _race(place, base, wanted, patch, draw, *, killed):
+def _race(place, base, wanted, patch, draw, *, killed, at_work):
+    """Let two machines run; ``at_work``: the second begins while the first is in the middle of a task."""
     shared, site = place / "shared", place / "site"
     for folder in (shared, site, *(place / f"node{n}" / "cache" for n in range(2))):
         folder.mkdir(parents=True)
@@ -53,7 +66,10 @@ def _race(place, base, wanted, patch, draw, *, killed):
     runs = []
     for n in range(2):
         runs.append(_start(place, base, n, site))
-        time.sleep(draw.choice((0.0, 0.0, 0.5)))
+        if at_work:
+            _until_at_work(shared, runs[0], draw)
+        else:
+            time.sleep(draw.choice((0.0, 0.0, 0.5)))
     if killed:
         time.sleep(draw.uniform(1.5, 6.0))
         os.killpg(runs[0].pid, 9)
@@ -71,6 +87,16 @@ def _race(place, base, wanted, patch, draw, *, killed):
             raise Lost(f"the killed machine, begun again, ends with {again.returncode}: {err[-500:]}")
         _whole(place, shared, wanted, range(2))
     shutil.rmtree(place)
+
+
+def _until_at_work(shared, run, draw):
+    """Wait until somebody writes an entry, and a little longer."""
+    deadline = time.monotonic() + 120
+    while not list(shared.glob("[!.]*/*/.tmp-*")) and run.poll() is None:
+        if time.monotonic() > deadline:
+            raise Lost("nobody begins")
+        time.sleep(0.005)
+    time.sleep(draw.uniform(0.0, 0.3))
 
 
 def _start(place, base, n, site):

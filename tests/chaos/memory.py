@@ -18,7 +18,8 @@ from study import RUN, check, complete, ended, fresh, reference  # first: it mak
 from quick import Quick  # isort: skip
 from table import Fault, Lost, tell
 
-GROUPS = Path("/sys/fs/cgroup/memory")
+# Where control groups lie, and the file of one that limits memory: the first version of them, and the second.
+GROUPS = (("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max"))
 
 
 def main(trials=10, seed=0):
@@ -29,14 +30,14 @@ def main(trials=10, seed=0):
     for number in range(trials):
         with limited.trial(f"trial {number + 1}"):
             _trial(base, wanted, draw, _limit_a_worker)
-    if _group_of(base) is None:
-        killed.skip("no control group of memory can be made here")
+    if _limit_of(base) is None:
+        killed.skip("no control group of memory can be made here, of either version")
     else:
         for number in range(trials):
             with killed.trial(f"trial {number + 1}"):
                 _trial(base, wanted, draw, _limit_the_run)
         with contextlib.suppress(OSError):
-            _group_of(base).rmdir()
+            _limit_of(base).parent.rmdir()
     shutil.rmtree(base)
     return tell([limited, killed])
 
@@ -82,19 +83,27 @@ def _limit_a_worker(base, study, run, draw):
 
 def _limit_the_run(base, study, run, draw):
     """Let the whole run have less than it wants."""
-    group = _group_of(base)
-    (group / "memory.limit_in_bytes").write_text(str(draw.randint(100, 700) * 2**20))
+    limit = _limit_of(base)
+    limit.write_text(str(draw.randint(100, 700) * 2**20))
     with contextlib.suppress(OSError):
-        (group / "cgroup.procs").write_text(str(run.pid))
+        # Else what is too much goes to the swap, and nothing is killed.
+        (limit.parent / "memory.swap.max").write_text("0")
+    with contextlib.suppress(OSError):
+        (limit.parent / "cgroup.procs").write_text(str(run.pid))
 
 
-def _group_of(base):
-    group = GROUPS / base.name
-    try:
-        group.mkdir(exist_ok=True)
-    except OSError:
-        return None
-    return group
+def _limit_of(base):
+    """Return the file that limits the memory of a control group of our own; None where none can be made."""
+    for root, name in GROUPS:
+        group = Path(root) / base.name
+        with contextlib.suppress(OSError):
+            if name == "memory.max":
+                (Path(root) / "cgroup.subtree_control").write_text("+memory")
+            group.mkdir(exist_ok=True)
+            if (group / name).exists():
+                return group / name
+            group.rmdir()
+    return None
 
 
 if __name__ == "__main__":

@@ -20,23 +20,27 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from slurm_lab import slurm, why_not
+from table import Fault, tell
 from tiny_study import ROOT, TINY, artifacts, half_written, kill_group, wait_for, write_tiny
 
 COMMAND = [sys.executable, "-m", "hrcneuro"]
 
 
 def main():
-    """Return whether everything held."""
+    """Return 0 where everything held."""
+    faults = [Fault("SLURM: cancelled, late, requeued, killed")]
     reason = why_not() or ("" if importlib.util.find_spec("submitit") else "submitit is not installed")
     if reason:
-        print(f"skipped: {reason}")
-        return
+        return tell(fault.skip(reason) for fault in faults)
     base = Path(tempfile.mkdtemp(prefix="hrcneuro-slurm-"))
     with slurm(base / "slurm", cores=4) as environment:
         environment["PYTHONPATH"] = str(ROOT)
-        lost_jobs(base, environment)
-        refused(base / "tiny", environment)
+        with faults[0].trial("four jobs"):
+            lost_jobs(base, environment)
+        with faults[0].trial("more memory than there is"):
+            refused(base / "tiny", environment)
     shutil.rmtree(base)
+    return tell(faults)
 
 
 def lost_jobs(base, environment):
@@ -124,4 +128,4 @@ def states(done):
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

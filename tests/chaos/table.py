@@ -6,6 +6,7 @@ Lost is a finished result that is gone or has other bytes, or a run that says it
 import contextlib
 import json
 import os
+import traceback
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -41,10 +42,31 @@ class Fault:
         else:
             self.survived += 1
 
+    def count(self, script, what=""):
+        """Count what a script returns that it has tried; where it breaks off, one is lost, and no more is known."""
+        try:
+            self.tried = self.survived = script()
+        except (Exception, SystemExit) as error:
+            traceback.print_exc()
+            self.tried, self.lost = 1, 1
+            self.reasons.append(f"{what}: {error}")
+        return self
+
     def skip(self, reason):
-        """Say why nothing could be tried."""
+        """Say why nothing could be tried: what was not tried was not survived either."""
         self.note = f"skipped: {reason}"
         return self
+
+
+def shared_out(number, shares):
+    """Return name -> a whole number by its share; in all so many, whichever names there are."""
+    whole, left, numbers = sum(shares.values()), number, {}
+    for name in sorted(shares, key=shares.get):
+        numbers[name] = min(left, round(shares[name] / whole * number))
+        left -= numbers[name]
+        # What rounding has left over goes to the largest share, the last one.
+        last = name
+    return {name: numbers[name] + left * (name == last) for name in shares}
 
 
 def tell(faults):

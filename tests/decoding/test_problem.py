@@ -94,12 +94,14 @@ def test_every_decoder_meets_the_same_folds_and_permutations():
         seen.append((labels.tobytes(), splits[0].train.tobytes()))
         return [np.zeros(len(s.test)) for s in splits]
 
-    problem.permutation_test(trials, plan, scheme, spy)
+    problem.permutation_test(trials, plan, spy)
     first = list(seen)
     seen.clear()
-    problem.permutation_test(trials, plan, scheme, spy)
+    problem.permutation_test(trials, plan, spy)
     assert seen == first
     assert len(set(first)) == 10
+    problem.permutation_test(trials, again, spy)
+    assert seen[10:] == first
 
 
 @pytest.mark.parametrize(

@@ -104,6 +104,29 @@ def test_full_shrinkage_takes_the_plain_path():
     assert len(decoders.rlda(rows, shrinkage=1.0)(labels, splits)) == len(splits)
 
 
+@pytest.mark.parametrize("how", ["undersample", "oversample", "none"])
+@pytest.mark.parametrize("counts", [STUDY[0], STUDY[-1], (30, 30)])
+def test_permutations_decide_as_the_fast_path(counts, how):
+    """From the trials that are left out or from those that train, whichever are fewer; one inverse for all labels."""
+    rows, labels = problem(*counts, 3, n_features=60)
+    permuted = decoders.permuted_rlda(rows, shrinkage=0.9)
+    for seed in range(2):
+        labels = np.random.default_rng(seed).permutation(labels)
+        splits = splits_of(labels, seed, how=how)
+        expected = decoders.rlda(rows, shrinkage=0.9)(labels, splits)
+        for found, right in zip(permuted(labels, splits), expected, strict=True):
+            assert found == pytest.approx(right, abs=1e-10 * np.abs(right).max())
+            assert ((found > 0) == (right > 0)).all()
+
+
+def test_permutations_without_covariances_take_the_plain_loop():
+    rows, labels = problem(12, 12, 0, n_features=8)
+    splits = splits_of(labels, 0, n_folds=3)
+    found = decoders.permuted_rlda(rows, shrinkage=1.0)(labels, splits)
+    plain = decoders.plain_rlda(rows, shrinkage=1.0)(labels, splits)
+    assert all(np.array_equal(a, b) for a, b in zip(found, plain, strict=True))
+
+
 def test_noise_of_eeg_size_stays_at_chance():
     rng = np.random.default_rng(5)
     t = np.arange(-26, 154) / 128

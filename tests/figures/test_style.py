@@ -1,6 +1,12 @@
+import re
+import zlib
+from io import BytesIO
+
 import matplotlib
 import numpy as np
 import pytest
+from fontTools.subset import Options
+from fontTools.ttLib import TTFont
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from PIL import Image
@@ -46,3 +52,33 @@ def test_a_second_drawing_has_the_same_bytes_whatever_the_readers_own_settings(p
     own = {"axes.grid": True, "lines.linewidth": 7, "savefig.dpi": 30, "savefig.bbox": "tight", "pdf.fonttype": 3}
     with rc_context({**own, "font.family": "serif", "pdf.compression": 0, "savefig.transparent": True}):
         assert picture(tmp_path / "two.png", style) == first
+
+
+@pytest.mark.parametrize("style", [STYLE, PLACED])
+def test_the_files_are_those_of_savefig_without_its_trial_drawing(picture, tmp_path, style, monkeypatch):
+    """The same pixels; of the PDF, the same but for what its fonts hold."""
+    monkeypatch.setattr("hrcneuro.figures.style._RULES", ())
+    found = picture(tmp_path / "one.png", style)
+    monkeypatch.setattr(f"{__name__}.save", by_savefig)
+    assert picture(tmp_path / "two.png", style) == found
+
+
+def by_savefig(figure, path):
+    with rc_context(STYLE):
+        figure.savefig(path, dpi=DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
+        figure.set_layout_engine("none")
+        nothing = {"CreationDate": None, "Creator": None, "Producer": None}
+        figure.savefig(path.with_suffix(".pdf"), dpi=DPI, metadata=nothing)
+
+
+def test_a_pdfs_fonts_hold_outlines_and_no_rules_of_scripts(picture, tmp_path):
+    _, pdf = picture(tmp_path / "one.png")
+    streams = [
+        zlib.decompressobj().decompress(part) for part in re.findall(rb"stream\n(x.*?)endstream", pdf, re.DOTALL)
+    ]
+    fonts = [TTFont(BytesIO(stream)) for stream in streams if stream.startswith(b"\x00\x01\x00\x00")]
+    assert fonts
+    for font in fonts:
+        assert "glyf" in font
+        assert not {"GSUB", "GPOS", "GDEF", "MATH", "kern"} & set(font.keys())
+    assert not {"GSUB", "GPOS"} & set(Options().drop_tables), "what others draw keeps them"

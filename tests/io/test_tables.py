@@ -85,3 +85,14 @@ def test_a_table_is_read_where_memory_leaves_no_room_for_another_thread(tmp_path
     )
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == "9\n"
+
+
+def test_only_what_recurs_is_written_by_a_dictionary(tmp_path):
+    """A dictionary of measured values takes longer than all else, and the file grows by it."""
+    types = {"kind": "category", "n": "int", "x": "float32", "wave": "float[]"}
+    table = Table(1, "", {name: Column(one, "", "") for name, one in types.items()})
+    data = {"kind": ["a", "b"], "n": [1, 2], "x": [0.5, 0.25], "wave": np.ones((2, 3))}
+    write_table(data, tmp_path / "t.parquet", table)
+    columns = pq.ParquetFile(tmp_path / "t.parquet").metadata.row_group(0)
+    encodings = [columns.column(i).encodings for i in range(4)]
+    assert ["RLE_DICTIONARY" in one for one in encodings] == [True, True, False, False]

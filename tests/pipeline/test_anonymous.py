@@ -10,7 +10,7 @@ import pytest
 
 from hrcneuro.arms.connection import Connection
 from hrcneuro.config import settings as config
-from hrcneuro.contract import params
+from hrcneuro.contract import option, params
 from hrcneuro.pipeline.anonymous import anonymous, command_line, hidden
 
 
@@ -27,6 +27,12 @@ from hrcneuro.pipeline.anonymous import anonymous, command_line, hidden
         ("params: preprocess.l_freq 1.0 -> 0.5", "params: preprocess.l_freq 1.0 -> 0.5"),
         ("inputs: scale/a/y.txt", "inputs: scale/a/y.txt"),
         ("see https://mne.tools/stable/x.html", "see https://mne.tools/stable/x.html"),
+        ("see https://doi.org/10.1371/journal.pone.0287958.", "see https://doi.org/10.1371/journal.pone.0287958."),
+        ("https://me:secret@lab.example/x refused", "https://… refused"),
+        ("http://token@head/x and http://head:8787/status", "http://… and http://…"),
+        ("10.0.0.5:30004 and 10.0.0.6. are silent", "… and …. are silent"),
+        ("fe80::1%eth0, [2001:db8::1]:22", "…, …"),
+        ("mne 1.10.2 at 12:30:45, x::y, 1.5", "mne 1.10.2 at 12:30:45, x::y, 1.5"),
     ],
 )
 def test_paths_owners_and_addresses_are_cut_and_the_rest_stays(text, kept):
@@ -66,6 +72,13 @@ def test_user_and_host_are_cut_but_no_word_of_three_letters(monkeypatch):
         (["run", "--set", "cluster.scheduler=head.lab:8786"], "run --set cluster.scheduler=…"),
         (["run", "--set=cluster.sbatch.mail_user=jane@lab.example"], "run --set=cluster.sbatch.mail_user=…"),
         (["run", "--set", "cluster.retries=3"], "run --set cluster.retries=3"),
+        (["run", "--set", 'cluster={account="lab7"}'], "run --set cluster=…"),
+        (["run", "--set", 'cluster . "account" = lab7'], 'run --set cluster . "account" =…'),
+        (["run", '--set=robot={host="10.0.0.5"}'], "run --set=robot=…"),
+        (["run", "--set", "robot.subjects.s01.host=arm.lab"], "run --set robot.subjects.s01.host=…"),
+        (["run", "--set", 'acquire.files=["/data/jane/a", "/data/b=c"]'], "run --set acquire.files=…"),
+        (["run", "--workdir=/data/jane=doe/x"], "run --workdir=x"),
+        (["run", "10.0.0.5"], "run …"),
         (["run", "--from", "ssh://me:secret@host"], "run --from ssh://…"),
         (["run", "--from=s3://key:se=cret@lab/x"], "run --from=s3://…"),
         (["cache", "push", "s3://key:se=cret@lab"], "cache push s3://…"),
@@ -76,11 +89,22 @@ def test_the_command_line_is_kept_without_places(monkeypatch, arguments, line):
     assert command_line() == f"hrcneuro {line}"
 
 
-def test_an_arm_s_address_decides_results_and_is_told_to_nobody():
-    one, two = (params(Connection(host=host))["host"] for host in ("10.0.0.5", "10.0.0.6"))
-    assert one != two
-    assert "10.0.0" not in one + two
-    assert params(Connection())["host"] == ""
+def test_no_key_has_an_arm_s_address_or_what_it_could_be_guessed_from():
+    """There are only 2**32 of them; a simulated controller's session is not taken for an arm's all the same."""
+    one, two, simulated, none = (
+        params(Connection(host=host))["host"] for host in ("10.0.0.5", "arm.lab", "127.0.0.7", "")
+    )
+    assert one == two
+    assert len({one, simulated, none}) == 3
+
+
+def test_what_is_private_is_in_no_key_unless_something_stands_for_it():
+    @dataclasses.dataclass(frozen=True)
+    class Config:
+        account: str = option("", "an account", private=True)
+        place: str = option("", "an address", private=True, keyed_as=len)
+
+    assert params(Config(account="lab7", place="arm")) == {"place": 3}
 
 
 def test_the_folders_and_addresses_of_a_configuration_are_hidden(tmp_path):
@@ -90,6 +114,13 @@ def test_the_folders_and_addresses_of_a_configuration_are_hidden(tmp_path):
     kept = hidden(found, Path("/work/a b"))
     assert {"/work/a b", "/data/Jane Q Doe", "ur10.lab"} <= set(kept)
     assert anonymous("ur10.lab refused; /data/Jane Q Doe/raw/s01.fif", kept) == "… refused; …/s01.fif"
+
+
+def test_what_only_a_subject_s_own_options_name_is_hidden_as_well(tmp_path):
+    found = config.load(None, [], folder=tmp_path)
+    theirs = dataclasses.replace(found.sections["robot"], host="ur10.lab")
+    found = dataclasses.replace(found, own={"robot": {"s01": theirs}})
+    assert "ur10.lab" in hidden(found)
 
 
 def test_every_place_that_an_option_names_is_declared():

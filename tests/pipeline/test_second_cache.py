@@ -16,7 +16,7 @@ pytest.importorskip("fsspec", reason="needs the extra remote")
 def pushed(tmp_path, monkeypatch):
     """A bucket's URL, and entries in it."""
     monkeypatch.setattr(second_cache, "_buckets", {})
-    monkeypatch.setattr(second_cache, "_silent", {})
+    monkeypatch.setattr(second_cache, "_silent_until", {})
     store, entries = Store(tmp_path / "one"), []
     for number in range(2):
         parts = {"params": {"number": number}}
@@ -51,6 +51,38 @@ def test_a_bucket_without_an_answer_is_asked_again_after_a_minute(pushed, tmp_pa
     found = second_cache.take(url, store, entries[0], told.append)
     assert found is not None, told
     assert found.key == entries[0][2]
+
+
+def test_a_bucket_whose_silence_cost_much_is_left_alone_for_ten_times_as_long(pushed, tmp_path, monkeypatch):
+    url, entries = pushed
+    store, told, now, asked = Store(tmp_path / "two"), [], [1000.0], []
+    monkeypatch.setattr(second_cache.time, "monotonic", lambda: now[0])
+
+    def silent(self):
+        asked.append(now[0])
+        now[0] += 30
+        raise TimeoutError("no answer")
+
+    monkeypatch.setattr(buckets.Bucket, "_fs", silent)
+    for seconds in (0, 299, 2):
+        now[0] += seconds
+        assert second_cache.take(url, store, entries[0], told.append) is None
+    assert asked == [1000.0, 1331.0]
+    assert "within 300 s" in told[0]
+
+
+def test_whatever_goes_wrong_with_what_a_bucket_has_it_is_computed_here(pushed, tmp_path, monkeypatch):
+    url, entries = pushed
+    told = []
+
+    def fail(*_):
+        raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "surrogates not allowed")
+
+    monkeypatch.setattr(transfer, "parse_record", fail)
+    monkeypatch.setattr(transfer, "_read", fail)
+    assert second_cache.take(url, Store(tmp_path / "two"), entries[0], told.append) is None
+    assert "computed here" in told[0]
+    assert "UnicodeEncodeError" in told[0]
 
 
 def test_an_entry_that_is_not_there_is_no_word_worth(pushed, tmp_path):

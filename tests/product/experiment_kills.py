@@ -31,8 +31,8 @@ Killed = tuple[str, float]
 """What came of a run: ``killed``, and how long the arm moved then; ``complete``; ``held up`` by other work."""
 
 
-def main(instants: int = 20, seed: int = 0) -> None:
-    """Kill so often; an assertion fails where something does not hold."""
+def main(instants: int = 20, seed: int = 0) -> int:
+    """Kill so often, and return how often that was; an assertion fails where something does not hold."""
     draw = random.Random(seed)
     base = Path(tempfile.mkdtemp(prefix="hrcneuro-experiment-"))
     rests: dict[str, list[float]] = {"experiment": [], "arm": [], "window": []}
@@ -59,6 +59,7 @@ def main(instants: int = 20, seed: int = 0) -> None:
             print(f"{whom}: {len(after)} kills, at rest after at most {1e3 * max(after):.0f} ms")
     print(f"{sessions} sessions complete, every block once, {broken} blocks broken off; {trips} stops by load")
     shutil.rmtree(base)
+    return kills
 
 
 def _run(folder: Path, whom: str, after_s: float | None) -> Killed:

@@ -21,8 +21,8 @@ import pandas as pd
 COMMAND = [sys.executable, "-m", "hrcneuro"]
 
 
-def main(n: int = 12) -> None:
-    """Run so many subjects; an assertion fails where something does not hold."""
+def main(n: int = 12) -> int:
+    """Run so many subjects, and return how many; an assertion fails where something does not hold."""
     with tempfile.TemporaryDirectory(prefix="hrcneuro-experiment-") as folder:
         for subject in [f"s{number:02d}" for number in range(1, n + 1)]:
             begun = time.monotonic()
@@ -39,6 +39,7 @@ def main(n: int = 12) -> None:
             kept = sum(rule["ok"] for rule in rules)
             print(f"{source}: {kept} of {len(rules)} rules hold")
             assert n < 12 or kept == len(rules), [rule for rule in rules if not rule["ok"]]
+    return n
 
 
 def _run(*words: str) -> str:

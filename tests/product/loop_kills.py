@@ -84,8 +84,8 @@ def check(closed: Closed) -> str:
     )
 
 
-def main(times: int = 10, seed: int = 0) -> None:
-    """Kill so often each; an assertion fails where something does not hold."""
+def main(times: int = 10, seed: int = 0) -> int:
+    """Kill so often each, and return how often in all; an assertion fails where something does not hold."""
     draw, left = random.Random(seed), dict.fromkeys(VICTIMS, times)
     sessions = trips = 0
     while any(left.values()):
@@ -114,6 +114,7 @@ def main(times: int = 10, seed: int = 0) -> None:
         finally:
             closed.close()
     print(f"{sessions} sessions complete, every block once; {trips} stops by load")
+    return times * len(VICTIMS)
 
 
 if __name__ == "__main__":

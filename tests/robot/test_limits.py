@@ -91,6 +91,18 @@ def test_the_box_is_never_left_whatever_is_asked(limits, workspace):
             assert (at <= high + 1e-9).all()
 
 
+def test_what_is_seen_to_be_free_at_once_is_not_scaled(limits):
+    """The quick look never lets through what the long one would slow down; nearly always it is the quick one."""
+    rng, free = np.random.default_rng(0), 0
+    for _ in range(3000):
+        q = (rng.choice([-1, 1], 6) * rng.uniform(0, 2 * np.pi, 6) ** rng.choice([0.5, 1])).tolist()
+        qd = (np.array(MAX_SPEED) * rng.uniform(-1.02, 1.02, 6)).tolist()
+        if limits._is_free(q, qd):
+            free += 1
+            assert limits._scaled(q, qd) == (qd, 0)
+    assert 300 < free < 2700
+
+
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_what_is_no_number_becomes_a_stop(limits, q, bad):
     sent, met = limits(q, [0.0, bad, 0.0, 0.0, 0.0, 0.0], [0.05] * 6)

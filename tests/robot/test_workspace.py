@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hrcneuro.paradigm.grid import SIZE
 from hrcneuro.robot.cell import Cell
 from hrcneuro.robot.kinematics import forward, jacobian
-from hrcneuro.robot.workspace import DOWN, CellError, Flaw, Workspace, refine
+from hrcneuro.robot.workspace import DOWN, CellError, Flaw, Workspace, refine, workspace_of
 
 TILES = list(np.ndindex(SIZE, SIZE))
 WAYS = [((r, c), (r + dr, c + dc)) for r, c in TILES for dr, dc in ((0, 1), (1, 0)) if r + dr < SIZE and c + dc < SIZE]
@@ -89,3 +91,18 @@ def test_refine_converges_from_a_linear_guess(workspace):
     target = forward(workspace.reach.q[:1, :1], tool=0.1)
     q = refine(workspace.reach.q[:1, :1] + 0.02, target, tool=0.1)
     assert np.allclose(forward(q, tool=0.1), target, atol=1e-12)
+
+
+def test_peaks_of_moves_do_not_depend_on_which_were_asked_for_before(workspace):
+    starts, ends = np.array([(3, 3), (3, 4), (0, 0)]), np.array([(3, 4), (3, 3), (1, 0)])
+    fresh, again = Workspace(workspace.cell), Workspace(workspace.cell)
+    together = fresh.move_peaks(starts, ends)
+    for i in (2, 0, 1):
+        alone = again.move_peaks(starts[i : i + 1], ends[i : i + 1])
+        assert all(np.array_equal(a[i : i + 1], b) for a, b in zip(together, alone, strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(together, again.move_peaks(starts, ends), strict=True))
+    assert again.move_peaks(starts[:0], ends[:0])[0].shape == (0, 6)
+
+
+def test_a_cell_is_solved_once(workspace):
+    assert workspace_of(workspace.cell) is workspace_of(replace(workspace.cell))

@@ -16,7 +16,7 @@ from hrcneuro.eeg.synthetic.params import SyntheticParams
 
 _SFREQ_MIN = 100.0
 _TAIL_S = 5.0  # recorded after the last move
-_BLOCK = 16384  # samples mixed at a time: fits the cache
+_BLOCK = 2048  # samples mixed at a time: two rows of them fit the smallest cache
 # SD of the log amplitude of each patch over time: channels then have a kurtosis of 3.2 to 4, as real EEG has.
 _RESTLESS = 0.5
 _SOURCE_HZ = 120.0  # the truth's time courses are kept at about this rate: all of them end below 60 Hz

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from hrcneuro.cache.store import Store
+from hrcneuro.cache.locks import Lock
+from hrcneuro.cache.record import Record
+from hrcneuro.cache.store import Store
 
 
 def try_cache(root: Path, notes: list[str]) -> dict[str, str]:
     """Return step -> ``ok`` or what went wrong, of an entry's whole life in the cache's own file system."""
-    import tempfile
-
-    from hrcneuro.cache.store import Store
-
     steps: dict[str, Callable[[Store], None]] = {
         "write, publish": _publish,
         "read, verify": _read_back,
@@ -52,8 +49,6 @@ _ENTRY = ("doctor", "test", "0" * 16)
 
 
 def _publish(store: Store) -> None:
-    from hrcneuro.cache.record import Record
-
     with store.workspace(*_ENTRY) as work:
         (work / "data.bin").write_bytes(bytes(range(256)) * 4096)
         store.publish(Record(*_ENTRY, {}, {}), work)
@@ -73,8 +68,6 @@ def _damage(store: Store) -> None:
 
 
 def _lock(store: Store) -> None:
-    from hrcneuro.cache.locks import Lock
-
     place = store.root / "lock"
     mine, other = Lock(place), Lock(place)
     if not mine.take():
