@@ -111,8 +111,13 @@ def read_eeg_epochs(
 
     with _quiet(), _named(path):
         epochs = mne.read_epochs(path, preload=False, verbose="error")
-        picks = mne.pick_types(epochs.info, eeg=True, exclude=())
-        data = samples.of_epochs(epochs, path, picks, dtype)
+        try:
+            picks = mne.pick_types(epochs.info, eeg=True, exclude=())
+            data = samples.of_epochs(epochs, path, picks, dtype)
+        finally:
+            # MNE leaves them open until the epochs are collected.
+            for part in getattr(epochs, "_raw", ()):
+                part.fid.close()
     check_volts(1e-6 * data[:50], str(path.name))
     return epochs, mne.pick_info(epochs.info, picks), data
 

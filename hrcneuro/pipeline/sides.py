@@ -37,9 +37,11 @@ def remembered(settings: Settings, workdir: Workdir) -> Settings:
 
 def _with_last(section: Any, side: SideResult, stage: str, last: Mapping[str, Any]) -> Any:
     given = _table(last.get("params"))
-    known = {option: given[option] for option in side.options if option in given}
-    if side.place and _table(last.get("sources")):
-        known[side.place] = _AS_LAST
+    if side.place:
+        # What is named for once is the place; the other options are the configuration's.
+        known = {side.place: _AS_LAST} if _table(last.get("sources")) else {}
+    else:
+        known = {option: given[option] for option in side.options if option in given}
     reader = Reader("pointer", Path())
     found, _ = reader.record(section, known, stage)
     # What another version was asked for may be nothing that this one can do.

@@ -204,7 +204,8 @@ WORK += [
     ("drawings", name, unit)
     for name in drawings.NAMES
     for unit, drawing in (("s01", drawings.load(name).subject), ("group", drawings.load(name).group))
-    if drawing
+    # What the study makes on demand only has no group to draw.
+    if drawing and not (unit == "group" and name in stages.NAMES and stages.load(name).on_demand)
 ]
 
 

@@ -7,6 +7,8 @@ import pytest
 from hrcneuro.contract import Inputs, params
 from hrcneuro.eeg import refusals
 from hrcneuro.eeg.causal import EpochError
+from hrcneuro.eeg.formula import AbsentColumnError, FormulaError, SingularError
+from hrcneuro.eeg.regression import RegularOnsetsError
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io import fif
 from hrcneuro.io.tables import describe, read_table
@@ -250,7 +252,8 @@ def test_every_refusal_of_the_chain_has_a_cure():
     def derived(kind):
         return {one for sub in kind.__subclasses__() for one in (sub, *derived(sub))}
 
-    made_elsewhere = {refusals.SlowSamplingError, refusals.MovesError, EpochError}
+    made_elsewhere = {refusals.SlowSamplingError, refusals.MovesError, EpochError, RegularOnsetsError}
+    made_elsewhere |= {AbsentColumnError, FormulaError, SingularError}
     assert set(preprocess._cures()) == derived(refusals.Refusal) - made_elsewhere
 
 
