@@ -58,6 +58,7 @@ class Course(ABC):
         self._read_from = 0.0
         self._held: Callable[[float], None] | None = None  # how a pause goes on
         self._pause: str | None = None
+        self._unoffered = False  # the turn after the move under way, because of a pause that may yet be taken back
         self._wrong: tuple[str, str] | None = None  # that nobody has paused for yet, and its cure
         self._ending = self._gone = False
         self._resting = False  # the arm was asked for nothing that it has not done

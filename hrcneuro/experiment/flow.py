@@ -50,8 +50,10 @@ class Flow(Course):
             self._onset(report)
         elif isinstance(report, m.InRadius):
             self._turns.in_radius(report)
-            if not (self._pause is not None or self._ending or self._turns.done):
-                self._offer(report.when)
+            if not (self._ending or self._turns.done):
+                self._unoffered = self._pause is not None
+                if not self._unoffered:
+                    self._offer(report.when)
         elif isinstance(report, m.Executed):
             self._executed(report)
         elif isinstance(report, m.Trouble):
@@ -99,6 +101,9 @@ class Flow(Course):
             self._log.event("goes on", now)
             self._pause = None
             self._forget_trouble()
+            if self._unoffered:
+                self._unoffered = False
+                self._offer(now)
         elif self._read is not None:
             self._go_on(now)
 
@@ -147,6 +152,7 @@ class Flow(Course):
 
     def _hold(self, then: Callable[[float], None]) -> None:
         self.seen.phase, self.seen.asked = "pause", ""
+        self._unoffered = False
         # After a pause among moves the path appears anew, and the person has time to see it.
         self._held = then
         self._show(scenes.pause(self._pause or ""))
@@ -157,6 +163,7 @@ class Flow(Course):
         self.seen.asked, self.seen.hardware = "", True
         self._log.event("arm stopped", report.when, problem=report.problem, cure=report.cure, rests=report.rests)
         self._gone, self._resting, self._pause, self._held = True, False, None, None
+        self._unoffered = False
         self.wakes = self._then = self._read = None
         self._turns.close()
         if self._ending or self.seen.whole:

@@ -179,6 +179,19 @@ def test_a_pause_at_any_instant_changes_nothing_but_times(steps):
     same(rows(lab), expected())
 
 
+@pytest.mark.parametrize("between", range(4))
+def test_a_pause_taken_back_before_the_arm_rests_changes_nothing_but_times(between):
+    """Also where the tool has come within its radius meanwhile, so that the next turn was not given to anybody."""
+    for steps in range(1, 60):
+        lab = Lab(SMALL).after(steps)
+        lab.flow.pause(lab.now, "")
+        lab.after(between)
+        lab.flow.order(Order.GO_ON, lab.now)
+        lab.run()
+        assert lab.flow.seen.whole, steps
+        same(rows(lab), expected())
+
+
 @pytest.mark.parametrize("steps", range(1, 60, 7))
 def test_escape_twice_ends_at_rest(steps):
     lab = Lab(SMALL).after(steps)

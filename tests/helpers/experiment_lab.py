@@ -70,12 +70,18 @@ class Experiment:
             return [entry for entry in entries[starts[self.parts] :] if entry["kind"] == kind]
         return []
 
+    def newest(self):
+        """Return the last lines that were written, for a message."""
+        with contextlib.suppress(OSError):
+            return entries(self.place)[-12:]
+        return []
+
     def until(self, kind, n=1):
         """Wait until so many lines of a kind are written, and return the last; that the run ends before is an error."""
         until = time.monotonic() + PATIENCE
         while len(found := self.lines(kind)) < n:
             assert self.process.poll() is None, (self.process.returncode, self.process.communicate())
-            assert time.monotonic() < until, f"{n} lines '{kind}' did not come"
+            assert time.monotonic() < until, f"{n} lines '{kind}' did not come; the last ones: {self.newest()}"
             time.sleep(0.02)
         return found[n - 1]
 

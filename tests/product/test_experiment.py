@@ -212,7 +212,7 @@ def test_the_experimenter_pauses_notes_goes_on_and_ends(tmp_path):
         desk.run.until("move", 1)
         desk.press("p")
         desk.run.until("pause")
-        desk.shows(": pause")
+        desk.shows("\x1b[0m: pause")  # the foot has "p: pause"
         moves = len(desk.run.lines("move"))
         desk.press("na sneeze\r")
         assert desk.run.until("note")["text"] == "a sneeze"
@@ -251,7 +251,7 @@ def test_a_full_disk_pauses_the_session_until_there_is_room(tmp_path):
                     while True:
                         file.write(bytes(size))
         desk.shows("No space left on device")
-        desk.shows(": pause")
+        desk.shows("\x1b[0m: pause")  # the foot has "p: pause"
         filled.unlink()
         desk.press(" ")
         desk.run.until("move", 6)
