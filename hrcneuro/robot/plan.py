@@ -174,7 +174,8 @@ def check_durations(moves: Sequence[PlannedMove], workspace: Workspace, *, accel
     qd, qdd = workspace.move_peaks(np.array([w[0] for w in ways]), np.array([w[1] for w in ways]))
     # A tenth is left to the feedback.
     need = np.maximum(qd / (0.9 * np.array(MAX_SPEED)), np.sqrt(qdd / (0.9 * acceleration)))
-    worst, joint = np.unravel_index(int(np.argmax(need / t_f)), need.shape)
+    # A way there and back ask the same: which of them is named must not hang on a processor's last digit.
+    worst, joint = np.unravel_index(int(np.argmax(np.round(need / t_f, 9))), need.shape)
     if need[worst, joint] > t_f[worst, 0]:
         seconds = t_f[worst, 0]
         raise TooQuick(

@@ -241,7 +241,7 @@ class Workspace:
             _check_range(q[tile], f"over tile {tile}")
         values = np.linalg.svd(kinematics.jacobian(q, tool=self.cell.tool), compute_uv=False)
         reach = Reach(q, values[..., -1], values[..., 0] / values[..., -1])
-        row, col = np.unravel_index(int(np.argmin(reach.singular_value)), (SIZE, SIZE))
+        row, col = np.unravel_index(int(np.argmin(np.round(reach.singular_value, 9))), (SIZE, SIZE))
         if reach.singular_value[row, col] < self.cell.min_singular_value:
             raise CellError(
                 Flaw.SINGULAR,
