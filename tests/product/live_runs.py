@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import psutil
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
@@ -28,6 +29,8 @@ from live_clocks import clocks, other_units, timing
 from live_foreign import labrecorder, libxdf
 from live_hosts import pulled_cable
 from live_lab import Lab, Row, foreign
+
+from hrcneuro.paradigm.markers import move_in
 
 EEG_ONLY = ["--set", 'record.streams={eeg={type="EEG",sfreq=1000}}']
 
@@ -199,6 +202,43 @@ def experiment(lab: Lab) -> Iterator[Row]:
     yield "the log tells of the pause, and was closed", "pause" in kinds and kinds[-1] == "end", str(kinds[-5:])
 
 
+def robot(lab: Lab) -> Iterator[Row]:
+    """The robot replays a log while amplifier and recorder run, and tells the amplifier what a person would expect."""
+    words = ["--backend", "ursim", "--patient"]
+    for value in ("markers='lsl'", "truth=true", "recorder_wait_s=60", *(["blocks=[1]"] if lab.brief else [])):
+        words += ["--set", f"robot.{value}"]
+    with lab.amplifier():
+        recorder = lab.start("record", "s01", "--json", "--set", "record.wait_s=120")
+        _, said = lab.start("robot", "s01", *words).communicate()
+        recorder.terminate()
+        out, _ = recorder.communicate(timeout=120)
+    checked = {one["stream"]: one for one in json.loads(out)["check"]}
+    eeg, marks = checked["eeg"], checked["markers"]
+    streams = lab.streams()
+    moves = [move_in(row[0]) for row in streams["hrcneuro-moves"]["time_series"]]
+    yield f"{eeg['samples']:,} samples, {eeg['missing']} missing", eeg["missing"] == 0 and eeg["whole"], said[-300:]
+    made = pd.read_parquet(next(lab.folder.glob("recordings/s01/*/moves.parquet")))
+    began = int(made["marker_s"].notna().sum())
+    yield f"{marks['samples']} markers of {began} onsets", len(moves) == began and None not in moves, said[-300:]
+    trials = pd.read_parquet(next(lab.folder.glob("cache/acquire/s01/*/trials.parquet")))
+    where = ["practice", "block", "episode", "trial"]
+    actors = trials.set_index(where)["actor"].to_dict()
+    falls: dict[str, list[float]] = {"human": [], "robot": []}
+    labels = [one["label"][0] for one in streams["actiCHamp"]["info"]["desc"][0]["channels"][0]["channel"]]
+    c3, stamps = streams["actiCHamp"]["time_series"][:, labels.index("C3")], streams["actiCHamp"]["time_stamps"]
+    for move, when in zip(moves, streams["hrcneuro-moves"]["time_stamps"], strict=True):
+        onset = int(np.searchsorted(stamps, when))
+        if move is not None and onset >= 600:
+            fall = c3[onset - 600 : onset - 400].mean() - c3[onset - 100 : onset].mean()
+            falls[actors[tuple(move[name] for name in where)]].append(float(fall))
+    person, arm = (float(np.mean(falls[who])) for who in ("human", "robot"))
+    yield (
+        f"before the person's own moves C3 falls by {person:.1f} µV, before the robot's by {arm:.1f}",
+        person > arm,
+        "",
+    )
+
+
 def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
     until = time.monotonic() + seconds
     while not condition():
@@ -209,8 +249,8 @@ def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
 RUNS: dict[str, Callable[[Lab], Iterator[Row]]] = {
     one.__name__: one
     for one in (
-        replay, clocks, timing, amplifier_dies, other_units, pulled_cable, experiment, full_disk, foreign, labrecorder,
-        libxdf, kills, load,
+        replay, clocks, timing, amplifier_dies, other_units, pulled_cable, experiment, robot, full_disk, foreign,
+        labrecorder, libxdf, kills, load,
     )
 }  # fmt: skip
 
