@@ -22,12 +22,38 @@ _SETTLED_NS = 2_000_000_000
 # A line of 150 bytes for each recording, and 300 for each module of the program.
 _LARGEST_MEMO = 2**26
 _SHA256 = re.compile("[0-9a-f]{64}")
+# Made once: json.dumps makes another one each time that it is asked for anything but its defaults.
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
 
 
 def digest(value: Any) -> str:
     """Return the sha256 of a JSON-able value in canonical form (sorted keys, no blanks)."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(canonical(value).encode()).hexdigest()
+
+
+def canonical(value: Any) -> str:
+    """Return a JSON-able value in canonical form: sorted keys, no blanks."""
+    return _CANONICAL.encode(value)
+
+
+def shared(value: Any) -> str:
+    """Return a value in canonical form, from memory where it is a table of texts, as many records hold the same.
+
+    Texts alone: of other values some are equal that are written in another way, as 1 and true.
+    """
+    if isinstance(value, dict) and all(type(one) is str for one in value.values()):
+        return _table(tuple(value.items()))
+    return canonical(value)
+
+
+@functools.lru_cache(maxsize=256)
+def _table(pairs: tuple[tuple[str, str], ...]) -> str:
+    return canonical(dict(pairs))
+
+
+def joined(texts: Mapping[str, str]) -> str:
+    """Return a table in canonical form, of its values in canonical form."""
+    return f"{{{','.join(f'{canonical(name)}:{texts[name]}' for name in sorted(texts))}}}"
 
 
 def file_digest(path: Path) -> str:
@@ -134,9 +160,14 @@ def version(name: str) -> str:
         return "absent"
 
 
-def key(parts: Mapping[str, Any]) -> str:
-    """Return the key of named parts: the first 16 hex digits of their sha256."""
-    return digest(parts)[:16]
+def key(parts: Mapping[str, Any], texts: Mapping[str, str] | None = None) -> str:
+    """Return the key of named parts: the first 16 hex digits of their sha256.
+
+    ``texts`` are parts in canonical form, by name, where somebody has them: what many keys share is written once.
+    """
+    known = texts or {}
+    text = joined({name: known.get(name) or canonical(part) for name, part in parts.items()})
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def is_sha256(value: Any) -> bool:
