@@ -21,6 +21,7 @@ from hrcneuro.cache.disk import read_json
 _SETTLED_NS = 2_000_000_000
 # A line of 150 bytes for each recording, and 300 for each module of the program.
 _LARGEST_MEMO = 2**26
+_MOST_ROWS = 1000
 _SHA256 = re.compile("[0-9a-f]{64}")
 # Made once: json.dumps makes another one each time that it is asked for anything but its defaults.
 _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
@@ -39,11 +40,17 @@ def canonical(value: Any) -> str:
 def shared(value: Any) -> str:
     """Return a value in canonical form, from memory where it is a table of texts, as many records hold the same.
 
-    Texts alone: of other values some are equal that are written in another way, as 1 and true.
+    Texts alone: of other values some are equal that are written in another way, as 1 and true. What is larger than a
+    table of hashes is not kept: anybody may have written it.
     """
-    if isinstance(value, dict) and all(type(one) is str for one in value.values()):
+    if isinstance(value, dict) and len(value) <= _MOST_ROWS and all(map(_is_short, value.items())):
         return _table(tuple(value.items()))
     return canonical(value)
+
+
+def _is_short(row: tuple[str, Any]) -> bool:
+    name, text = row
+    return type(text) is str and len(text) <= 64 and len(name) <= 200
 
 
 @functools.lru_cache(maxsize=256)
