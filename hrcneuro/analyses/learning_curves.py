@@ -16,6 +16,8 @@ from hrcneuro.learning.simulations import Curve, Variant
 from hrcneuro.learning.task import JointTask
 from hrcneuro.tables.simulate import ANALYTIC, MILESTONES, RELEARNING
 
+_SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
+
 Expected = dict[tuple[str, str], np.ndarray]
 """(simulation, variant) -> expected choice accuracy, ndarray, shape (n_episodes,)."""
 
@@ -45,6 +47,17 @@ def curve_rows(variants: Sequence[Variant], curves: Sequence[Curve]) -> pd.DataF
         ],
         ignore_index=True,
     )
+
+
+def curve_summary(variants: Sequence[Variant], curves: Sequence[Curve]) -> dict[str, Any]:
+    """Return simulation -> variant -> episode -> mean choice accuracy, at a few episodes."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for variant, curve in zip(variants, curves, strict=True):
+        shown = [e for e in _SUMMARY_EPISODES if e <= len(curve.mean)] or [len(curve.mean)]
+        found.setdefault(variant.simulation, {})[variant.name] = {
+            str(e): round(float(curve.mean[e - 1]), 6) for e in shown
+        }
+    return found
 
 
 def milestone_rows(

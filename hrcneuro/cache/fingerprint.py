@@ -21,13 +21,46 @@ from hrcneuro.cache.disk import read_json
 _SETTLED_NS = 2_000_000_000
 # A line of 150 bytes for each recording, and 300 for each module of the program.
 _LARGEST_MEMO = 2**26
+_MOST_ROWS = 1000
 _SHA256 = re.compile("[0-9a-f]{64}")
+# Made once: json.dumps makes another one each time that it is asked for anything but its defaults.
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
 
 
 def digest(value: Any) -> str:
     """Return the sha256 of a JSON-able value in canonical form (sorted keys, no blanks)."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(canonical(value).encode()).hexdigest()
+
+
+def canonical(value: Any) -> str:
+    """Return a JSON-able value in canonical form: sorted keys, no blanks."""
+    return _CANONICAL.encode(value)
+
+
+def shared(value: Any) -> str:
+    """Return a value in canonical form, from memory where it is a table of texts, as many records hold the same.
+
+    Texts alone: of other values some are equal that are written in another way, as 1 and true. What is larger than a
+    table of hashes is not kept: anybody may have written it.
+    """
+    if isinstance(value, dict) and len(value) <= _MOST_ROWS and all(map(_is_short, value.items())):
+        return _table(tuple(value.items()))
+    return canonical(value)
+
+
+def _is_short(row: tuple[str, Any]) -> bool:
+    name, text = row
+    return type(text) is str and len(text) <= 64 and len(name) <= 200
+
+
+@functools.lru_cache(maxsize=256)
+def _table(pairs: tuple[tuple[str, str], ...]) -> str:
+    return canonical(dict(pairs))
+
+
+def joined(texts: Mapping[str, str]) -> str:
+    """Return a table in canonical form, of its values in canonical form."""
+    return f"{{{','.join(f'{canonical(name)}:{texts[name]}' for name in sorted(texts))}}}"
 
 
 def file_digest(path: Path) -> str:
@@ -134,9 +167,14 @@ def version(name: str) -> str:
         return "absent"
 
 
-def key(parts: Mapping[str, Any]) -> str:
-    """Return the key of named parts: the first 16 hex digits of their sha256."""
-    return digest(parts)[:16]
+def key(parts: Mapping[str, Any], texts: Mapping[str, str] | None = None) -> str:
+    """Return the key of named parts: the first 16 hex digits of their sha256.
+
+    ``texts`` are parts in canonical form, by name, where somebody has them: what many keys share is written once.
+    """
+    known = texts or {}
+    text = joined({name: known.get(name) or canonical(part) for name, part in parts.items()})
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def is_sha256(value: Any) -> bool:

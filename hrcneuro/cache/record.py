@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -85,13 +86,24 @@ def parse_record(data: bytes) -> Record:
     try:
         content = parse_json(data)
         seal = content.pop("seal")
-        if seal != fingerprint.digest(content):
+        if seal != _digest(content):
             raise ValueError("its seal is broken: it was altered")
         record = Record(**content)
     except (TypeError, AttributeError, KeyError) as error:
         raise ValueError("it is no record") from error
     _check_form(record)
     return record
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    """Return the digest of what a record holds: that of the whole, of which the code of a stage is written once."""
+    texts = {name: fingerprint.canonical(value) for name, value in content.items() if name != "parts"}
+    parts = content["parts"]
+    if isinstance(parts, dict):
+        texts["parts"] = fingerprint.joined({name: fingerprint.shared(part) for name, part in parts.items()})
+    else:
+        texts["parts"] = fingerprint.canonical(parts)
+    return hashlib.sha256(fingerprint.joined(texts).encode()).hexdigest()
 
 
 def _check_form(record: Record) -> None:

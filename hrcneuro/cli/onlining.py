@@ -12,11 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hrcneuro import interrupts
-from hrcneuro.cli import bring
+from hrcneuro.cli import bring, online_answer
 from hrcneuro.cli.online_view import View
 from hrcneuro.cli.options import Options
 from hrcneuro.config.settings import Settings
@@ -184,53 +183,14 @@ class Task:
         self._answer(told, ok=code == 0)
         return code
 
-    # --- the answer -----------------------------------------------------------------------------------------------
-
     def _told(self, loops: Sequence[Online], log: Path | None) -> dict[str, Any]:
-        causes: dict[str, int] = {}
-        for loop in loops:
-            for cause, n in loop.deciding.causes.items():
-                causes[cause] = causes.get(cause, 0) + n
-        updates = causes.pop("", 0)
-        last = loops[-1]
-        return {
-            "command": "online",
-            "subject": self._subject,
-            "mode": self._wanted.mode,
-            "log": str(log) if log is not None else None,
-            "moves": updates + sum(causes.values()),
-            "updates": updates,
-            "causes": dict(sorted(causes.items())),
-            "not_heeded": {why: n for loop in loops for why, n in loop.hearing.strange.items()},
-            "events": {kind: n for loop in loops for kind, n in loop.events.items()},
-            "decided": sum(loop.decided for loop in loops),
-            "in_time": sum(loop.in_time for loop in loops),
-            "latency_ms": latencies(loops),
-            "policy": last.deciding.policy,
-            "learned": last.deciding.learner.policy(),
-        }
+        return online_answer.told(loops, subject=self._subject, mode=self._wanted.mode, log=log)
 
     def _answer(self, told: dict[str, Any], *, ok: bool = True) -> None:
         if self._options.json:
             print(json.dumps({"ok": ok, **told}, indent=1))
-            return
-        causes = ", ".join(f"{cause} {n}" for cause, n in told["causes"].items())
-        lines = [
-            f"{self._subject}: {told['moves']} moves, {told['decided']} decided, {told['in_time']} in time, "
-            f"{told['updates']} taught" + (f" (not: {causes})" if causes else "")
-        ]
-        lines += [f"  {name}: median {one['median']:.1f} ms, 99 % {one['p99']:.1f}, most {one['max']:.1f}"
-                  for name, one in told["latency_ms"].items()]  # fmt: skip
-        lines.append("  who does it: " + ", ".join(f"{s} human {p:.2f}" for s, p in told["learned"].items()))
-        if "against_log" in told:
-            same = told["against_log"]
-            lines.append(
-                f"  {same['equal']} scores as live, {same['different']} other; {same['undecided']} had none live, "
-                f"{same['unrecorded']} lie before what the recording can tell, {same['unknown']} are not in the log"
-            )
-        if told["log"]:
-            lines.append(f"  log: {told['log']}")
-        self._talk.results(lines)
+        else:
+            self._talk.results(online_answer.lines(told))
 
 
 def learner_of(options: OnlineOptions, about: Mapping[str, Any]) -> OnlineLearner:
@@ -277,20 +237,6 @@ def replayed(
             publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=rail_uv,
         )  # fmt: skip
     return loops, lines
-
-
-def latencies(loops: Sequence[Online]) -> dict[str, dict[str, float]]:
-    """Return stage -> median, p99 and largest duration, ms; the stages that were measured."""
-    found = {}
-    names = dict.fromkeys(name for loop in loops for name in loop.durations)
-    for name in names:
-        values = np.concatenate([np.asarray(loop.durations.get(name, ()), float) for loop in loops])
-        found[name] = {
-            "median": float(np.median(values)),
-            "p99": float(np.percentile(values, 99)),
-            "max": float(values.max()),
-        }
-    return found
 
 
 def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict[str, int]:

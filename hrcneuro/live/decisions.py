@@ -16,6 +16,8 @@ import numpy as np
 
 from hrcneuro.errors import StageError
 from hrcneuro.learning.online import SUBTASKS, Policy, Values
+from hrcneuro.live.parameters import OnlineOptions
+from hrcneuro.live.transport import Description
 
 FILE = "decisions.jsonl"
 BEGIN, BREAK, BLOCK, MOVE, STRANGE, GOES_ON = "begin", "break", "block", "move", "marker", "goes on"
@@ -100,6 +102,26 @@ class Trial:
     def line(self) -> dict[str, Any]:
         """The line of the log."""
         return {"kind": MOVE, **asdict(self)}
+
+
+def begin_line(subject: str, stamp: float, stream: Description, options: OnlineOptions) -> dict[str, Any]:
+    """Return the line of the log with which a stream's first sample is told.
+
+    Args:
+        subject: Whose session.
+        stamp: Of that sample, seconds of its sender's clock.
+        stream: The EEG.
+        options: Of the loop.
+    """
+    return {
+        "kind": BEGIN,
+        "subject": subject,
+        "stamp": stamp,
+        "stream": stream.name,
+        "sfreq": stream.sfreq,
+        "mode": options.mode,
+        "learner": options.learner,
+    }
 
 
 def trial_of(tags: Mapping[str, Any], text: str, stamp: float, when: float) -> Trial:

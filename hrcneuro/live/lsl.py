@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
-import importlib.util
-import os
-import re
-import sys
 import threading
-import types
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 
-from hrcneuro.errors import HardwareError
+from hrcneuro.live.liblsl import library
 from hrcneuro.live.transport import Description, Lost, Samples
 
 _OPEN_S = 5.0
@@ -26,72 +19,9 @@ _LOOK_S = 1.0
 _OFFSET_EVERY_S, _OFFSET_AGAIN_S = 5.0, 0.2
 _MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
 _MOST_TEXTS = 10_000
-_WARNINGS = -1  # level of liblsl's log: warnings and errors
 _WAITS_S = 30  # so long samples wait for a recorder that is held up
 # Of a stream's own description: where it runs, which is nobody's business who is given the recording.
 _WHERE = ("hostname", "v4address", "v4data_port", "v4service_port", "v6address", "v6data_port", "v6service_port")
-
-
-def library(purpose: str, *, instead: str = "") -> Any:
-    """Return ``mne_lsl.lsl``, told where to look for streams unless a laboratory has configured that.
-
-    Args:
-        purpose: What needs it, for the message: ``markers go out through``.
-        instead: What can be done without it, for the cure.
-
-    Raises:
-        HardwareError: mne-lsl is not installed, or its liblsl does not load.
-    """
-    try:
-        lsl = _streams_alone()
-    except ImportError as error:
-        missing = error.name is not None and error.name.partition(".")[0] == "mne_lsl"
-        raise HardwareError(
-            f"{purpose} mne-lsl, which is not installed" if missing else f"mne-lsl does not load: {error}",
-            cure=f"pip install 'hrcneuro[lsl]'{instead and ', or '}{instead}",
-        ) from error
-    places = (os.environ.get("LSLAPICFG", ""), "lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
-    theirs = next((path for place in places if place and (path := Path(place).expanduser()).is_file()), None)
-    if theirs is None:
-        # On a machine whose only network is itself, not all streams would be found. Errors of liblsl on standard error
-        # are of connections that end, which is no error here.
-        lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
-    elif (text := _without_level(theirs)) is not None:
-        # Left alone, liblsl also tells what is in order, in the midst of what a person must read.
-        lsl.set_config_content(f"{text}\n[log]\nlevel = {_WARNINGS}\n")
-    return lsl
-
-
-def _without_level(place: Path) -> str | None:
-    """Return a laboratory's configuration of liblsl where it leaves open how much is logged; else, none."""
-    try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeError):
-        return None
-    log = re.search(r"^\s*\[log\](.*?)(?=^\s*\[|\Z)", text, re.MULTILINE | re.DOTALL)
-    return None if log and re.search(r"^\s*level\s*=", log[1], re.MULTILINE) else text
-
-
-def _streams_alone() -> Any:
-    """Return ``mne_lsl.lsl`` without what ``import mne_lsl`` brings along.
-
-    Its player, its viewer and with them SciPy's statistics are two seconds and 80 MB that a recorder, an amplifier and
-    an arm's process do not need (mne-lsl 1.14). Who imports mne_lsl afterwards gets it whole.
-    """
-    name = "mne_lsl"
-    if name in sys.modules:
-        return importlib.import_module(name).lsl
-    found = importlib.util.find_spec(name)
-    if found is None or found.submodule_search_locations is None:
-        raise ImportError(f"No module named {name!r}", name=name)
-    package = types.ModuleType(name)
-    package.__path__ = list(found.submodule_search_locations)
-    package.__spec__ = found
-    sys.modules[name] = package
-    try:
-        return importlib.import_module("mne_lsl.lsl")
-    finally:
-        del sys.modules[name]
 
 
 def _without_place(xml: str) -> str:

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from hrcneuro.errors import HardwareError
-from hrcneuro.live.lsl import library
+from hrcneuro.live.liblsl import library
 from hrcneuro.live.transport import MOVES
 
 _TRIES = 5

@@ -19,11 +19,10 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.learning.online import OnlineLearner
 from hrcneuro.live import online_streams
 from hrcneuro.live.deciding import Deciding
-from hrcneuro.live.decisions import BEGIN, BLOCK, BREAK, STRANGE, Known, Trial, message, trial_of
+from hrcneuro.live.decisions import BLOCK, BREAK, STRANGE, Known, Trial, begin_line, message, trial_of
 from hrcneuro.live.hearing import Hearing
 from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
-from hrcneuro.live.timeline import NOT_FINITE, RAILED
 from hrcneuro.live.transport import Clock, Lost, Network, Samples
 from hrcneuro.live.watch import Event
 
@@ -188,7 +187,7 @@ class Online:
                 self._log({"kind": BREAK, "stamp": float(samples.stamps[part.start])})
             own = values[part][:, self.eeg.rows].T
             codes = values[part][:, self.eeg.trigger] if self.eeg.trigger >= 0 else None
-            self.deciding.samples(samples.stamps[part], own, codes, self._marks(own), pulled)
+            self.deciding.samples(samples.stamps[part], own, codes, self.eeg.marks(own, self._rail_uv), pulled)
             self._deal(more=True)
             self._remember(own)
 
@@ -214,18 +213,8 @@ class Online:
             if memory is not None:
                 self.deciding.remember(memory)
         self._first = False
-        about = self.eeg.inlet.description
-        self._log(
-            {
-                "kind": BEGIN,
-                "subject": self._subject,
-                "stamp": float(samples.stamps[at]),
-                "stream": about.name,
-                "sfreq": about.sfreq,
-                "mode": self._options.mode,
-                "learner": self._options.learner,
-            }
-        )
+        stamp = float(samples.stamps[at])
+        self._log(begin_line(self._subject, stamp, self.eeg.inlet.description, self._options))
         return Samples(samples.stamps[at:], np.asarray(samples.values)[at:])
 
     def _told(self, events: list[Event]) -> list[Event]:
@@ -240,10 +229,7 @@ class Online:
         last, events = self.eeg.watch.last, self._told(self.eeg.watch.feed(samples.stamps, pulled))
         kinds = {event.kind for event in events}
         if "late" in kinds and "clock" not in kinds:
-            # A causal filter has gone past their place.
-            youngest = np.maximum.accumulate(np.concatenate([[last], samples.stamps]))[:-1]
-            keep = samples.stamps > youngest
-            samples = Samples(samples.stamps[keep], np.asarray(samples.values)[keep])
+            samples = online_streams.in_order(samples, last)
         return samples, self._breaks(samples, pulled, np.concatenate([[last], samples.stamps[:-1]]), events)
 
     def _breaks(self, samples: Samples, pulled: float, before: np.ndarray, events: list[Event]) -> list[int]:
@@ -258,14 +244,6 @@ class Online:
         if self._known is not None and self._known.starts:
             return np.flatnonzero(np.isin(samples.stamps, self._known.starts[1:])).tolist()
         return found
-
-    def _marks(self, own: np.ndarray) -> np.ndarray:
-        used = own[self.eeg.used]
-        marks = NOT_FINITE * ~np.isfinite(used).all(axis=0)
-        if self._rail_uv:
-            with np.errstate(invalid="ignore"):
-                marks = marks | (RAILED * (np.abs(used) >= self._rail_uv).any(axis=0))
-        return marks.astype(np.uint8)
 
     # --- markers --------------------------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from hrcneuro.decoding.frozen_refusals import StreamError
 from hrcneuro.errors import HardwareError
 from hrcneuro.live import preflight
 from hrcneuro.live.parameters import Declared, OnlineOptions
+from hrcneuro.live.timeline import NOT_FINITE, RAILED
 from hrcneuro.live.transport import TRIGGER_TYPES, Clock, Description, Inlet, Lost, Network, Samples
 from hrcneuro.live.watch import StreamWatch
 
@@ -49,6 +50,23 @@ class Eeg:
         """Take what was measured of the clocks' difference."""
         for when, offset in self.inlet.offsets():
             self.measured, self.offset = when, offset
+
+    def marks(self, own: np.ndarray, rail_uv: float) -> np.ndarray:
+        """Return what is wrong with each sample in the channels that the decoder reads.
+
+        Args:
+            own: ndarray, shape (n_rows, n_times), µV.
+            rail_uv: A channel that reaches this is railed, µV; 0 for no such bound.
+
+        Returns:
+            ndarray, shape (n_times,), uint8: bits of ``NOT_FINITE`` and ``RAILED``.
+        """
+        used = own[self.used]
+        marks = NOT_FINITE * ~np.isfinite(used).all(axis=0)
+        if rail_uv:
+            with np.errstate(invalid="ignore"):
+                marks = marks | (RAILED * (np.abs(used) >= rail_uv).any(axis=0))
+        return marks.astype(np.uint8)
 
 
 def find_eeg(
@@ -147,6 +165,18 @@ def _trigger(about: Description, options: OnlineOptions) -> int:
             cure="correct online.trigger; 'auto' takes the first of type stim, 'none' times moves by markers alone",
         )
     return about.labels.index(options.trigger)
+
+
+def in_order(samples: Samples, last: float) -> Samples:
+    """Return the samples without those that came behind younger ones: a causal filter has gone past their place.
+
+    Args:
+        samples: What came.
+        last: Stamp of the sample before them.
+    """
+    youngest = np.maximum.accumulate(np.concatenate([[last], samples.stamps]))[:-1]
+    keep = samples.stamps > youngest
+    return Samples(samples.stamps[keep], np.asarray(samples.values)[keep])
 
 
 def pieces(samples: Samples, breaks: list[int], sfreq: float) -> list[tuple[bool, slice]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from hrcneuro import drawings, stages
@@ -233,15 +233,16 @@ def _on_the_side(settings: Settings, task: Task) -> bool:
 
 
 def _resolved(settings: Settings, reads: Reads, unit: str) -> dict[Task, Need]:
-    units = {
-        Of.OWN: (unit,),
-        Of.GROUP: (GROUP,),
-        Of.INCLUDED: settings.included,
-        Of.EVERYONE: settings.study.subjects,
+    # Each asked for where it is read: to name all subjects for every subject takes longer than all else of a graph.
+    units: dict[Of, Callable[[], tuple[str, ...]]] = {
+        Of.OWN: lambda: (unit,),
+        Of.GROUP: lambda: (GROUP,),
+        Of.INCLUDED: lambda: settings.included,
+        Of.EVERYONE: lambda: settings.study.subjects,
     }
     merged: dict[Task, Need] = {}
     for read in reads:
-        for one in units[read.of]:
+        for one in units[read.of]():
             task = Task.of(read.stage, one)
             before = merged.get(task, Need((), False))
             merged[task] = Need((*before.files, *read.files), before.required or read.required)

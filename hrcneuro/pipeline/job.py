@@ -102,7 +102,7 @@ def execute(job: Job, tell: Callable[[str], None] | None = None) -> Outcome:
 def _compute(job: Job, store: Store, start: float) -> Record:
     from threadpoolctl import threadpool_limits
 
-    place = (job.task.name, job.task.unit, job.key)
+    place, processor = (job.task.name, job.task.unit, job.key), time.process_time()
     keep_memory(growing=not job.task.draws and _in_real_time(job))
     call, libraries = work_of(job.task, job.config)
     with store.workspace(*place) as work, _overhear() as overheard:
@@ -116,6 +116,7 @@ def _compute(job: Job, store: Store, start: float) -> Record:
         provenance = {
             **job.provenance,
             "seconds": round(time.perf_counter() - start, 3),
+            "cpu_seconds": round(time.process_time() - processor, 3),
             "peak_rss_mb": _peak_rss_mb(),
             "platform": f"{platform.system()} {platform.machine()}",
             "blas_threads": 1,

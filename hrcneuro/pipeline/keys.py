@@ -13,7 +13,7 @@ from hrcneuro import drawings, stages
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.record import Record
 from hrcneuro.config.settings import Settings
-from hrcneuro.contract import OF_ALL, chosen, params, plain
+from hrcneuro.contract import OF_ALL, Stage, chosen, params, plain
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline.graph import Need, Task, drawing_of
 from hrcneuro.pipeline.workdir import Workdir
@@ -58,10 +58,14 @@ class Keys:
         self.folder = workdir.folder
         self.memo = fingerprint.Memo(workdir.cache.root / ".memo.json")
         self._static: dict[tuple[str, str], dict[str, Any]] = {}
+        # Of objects that live as long as this one, by their identity.
+        self._texts: dict[int, str] = {}
+        self._params: dict[tuple[int, str], dict[str, Any]] = {}
 
     def key(self, parts: Mapping[str, Any]) -> str:
         """Return the key that parts make."""
-        return fingerprint.key(parts)
+        texts = {name: self._texts[id(part)] for name, part in parts.items() if id(part) in self._texts}
+        return fingerprint.key(parts, texts)
 
     def parts(self, task: Task, upstream: Iterable[tuple[Record, Need]]) -> dict[str, Any]:
         """Return the named parts of a task's key.
@@ -77,18 +81,25 @@ class Keys:
         parts = {"stage": task.name, "unit": task.unit, "inputs": inputs, **self._unchanging(task)}
         if not task.draws:
             config = self.settings.section(task.name, task.unit)
-            parts["params"] = params(config)
             stage = stages.load(task.name)
+            parts["params"] = self._params_of(config, stage, task.unit)
             parts["libs"] = {**parts["libs"], **_packages(task, config)}
-            own = stage.side(config, task.unit)
-            others = {name for side in stage.sides if side is not own for name in side.options}
-            parts["params"] = {k: v for k, v in parts["params"].items() if k not in others}
             if kept := self.settings.last_sources.get((task.name, task.unit)):
                 return {**parts, "sources": dict(kept)}
             files = stage.sources(config, task.unit)
             if files:
                 parts["sources"] = {label: self.content(path) for label, path in sorted(files.items())}
         return parts
+
+    def _params_of(self, config: Any, stage: Stage, unit: str) -> dict[str, Any]:
+        """Return the options that decide a unit's result: not those that another result on the side alone reads."""
+        own = stage.side(config, unit)
+        place = id(config), own.unit if own else ""
+        if place not in self._params:
+            others = {name for side in stage.sides if side is not own for name in side.options}
+            self._params[place] = {name: value for name, value in params(config).items() if name not in others}
+            self._texts[id(self._params[place])] = fingerprint.canonical(self._params[place])
+        return self._params[place]
 
     def config(self, task: Task) -> Any:
         """Return what a task is handed of the configuration: a stage its section, a drawing the options it names."""
@@ -121,6 +132,8 @@ class Keys:
         place = (task.name, task.unit if task.draws and task.unit in OF_ALL else "")
         if place not in self._static:
             self._static[place] = self._of_drawing(task) if task.draws else self._of_stage(task)
+            code = self._static[place]["code"]
+            self._texts[id(code)] = fingerprint.canonical(code)
         return self._static[place]
 
     def _of_stage(self, task: Task) -> dict[str, Any]:

@@ -25,11 +25,13 @@ class Measured:
         seconds: How long it ran; 0 where its record does not tell.
         peak_mb: Memory of the process at its peak, in MiB; 0 where its record does not tell.
         size: Of all files that it wrote, in bytes.
+        cpu_seconds: Processor time of its process; 0 where its record does not tell, as of versions that kept none.
     """
 
     seconds: float = 0.0
     peak_mb: float = 0.0
     size: int = 0
+    cpu_seconds: float = 0.0
 
     @classmethod
     def of(cls, record: Record) -> Measured:
@@ -39,7 +41,12 @@ class Measured:
     @classmethod
     def read(cls, provenance: Mapping[str, Any], size: int = 0) -> Measured:
         """Return what the provenance of a record tells; 0 for what can be no such number."""
-        return cls(_number(provenance, "seconds", _MOST_S), _number(provenance, "peak_rss_mb", _MOST_MB), size)
+        return cls(
+            seconds=_number(provenance, "seconds", _MOST_S),
+            peak_mb=_number(provenance, "peak_rss_mb", _MOST_MB),
+            size=size,
+            cpu_seconds=_number(provenance, "cpu_seconds", _MOST_S),
+        )
 
 
 def measured(workdir: Workdir, places: Iterable[Place]) -> dict[Place, Measured]:

@@ -8,7 +8,8 @@ from typing import Any
 
 from hrcneuro.cache.record import Record
 from hrcneuro.pipeline.graph import Needs, Task
-from hrcneuro.pipeline.item import Item
+from hrcneuro.pipeline.item import Item, State
+from hrcneuro.pipeline.workdir import Workdir
 
 
 @dataclass
@@ -42,6 +43,16 @@ class Node:
     def settled(self) -> bool:
         """Whether nothing more will happen to the task."""
         return self.item.state.settled
+
+    def absent(self, workdir: Workdir, pictures_only: bool) -> bool:
+        """Return whether there is nothing to be had of a task: it failed, or never ran and will not run now.
+
+        What has run and is stale is no such thing: a picture without it would show less than there is.
+        """
+        if self.item.state in (State.FAILED, State.BLOCKED):
+            return True
+        coming_never = pictures_only and self.item.state is State.WOULD_RUN
+        return coming_never and not workdir.pointer(self.task.name, self.task.unit)
 
     def without(self) -> str:
         """Return why an entry does not do: which of its files were dropped."""

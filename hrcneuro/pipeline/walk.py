@@ -16,6 +16,7 @@ from hrcneuro.errors import HrcError
 from hrcneuro.pipeline import absent
 from hrcneuro.pipeline.claims import Claims
 from hrcneuro.pipeline.executors import Executor, outcome
+from hrcneuro.pipeline.frontier import Ended, Frontier
 from hrcneuro.pipeline.graph import Graph, Need, Task
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.job import Job, Outcome, execute
@@ -71,6 +72,7 @@ class Run:
             if node.item.state is State.WOULD_RUN:
                 for source in self._lacking(node):
                     source.item.state, source.item.why = State.WOULD_RUN, [source.fault]
+                    self._note_before(source)
         return self.items
 
     def run(
@@ -96,39 +98,42 @@ class Run:
         forced = set(forced)
         self.pictures_only = pictures_only
         self.quiet = tell is None
-        waiting = dict(self.nodes)
+        frontier = Frontier({task: node.needs for task, node in self.nodes.items()})
         running: dict[futures.Future, Node] = {}
+        ended = Ended()
         self.claims.open()
         self.workdir.cache.sweep()
         asked = False
         try:
-            while waiting or running:
-                for node in [n for n in waiting.values() if self._ready(n)]:
-                    if not self._ready(node):
-                        continue  # one that it stands on has just been found altered
-                    del waiting[node.task]
-                    if pictures_only and not node.task.draws:
+            while frontier or running:
+                frontier.resume()
+                while not ended and (task := frontier.take()) is not None:
+                    node = self.nodes[task]
+                    if pictures_only and not task.draws:
                         self._foresee(node)
+                        frontier.settle(task)
                         continue
-                    self._prepare(node, force=node.task in forced)
+                    self._prepare(node, force=task in forced)
                     if not node.settled and (again := self._again(node, running.values())):
-                        waiting |= {one.task: one for one in again}
+                        frontier.wait_again(*(one.task for one in again))
                         continue
-                    if not node.settled:
-                        if not asked and tell is not None and (flaw := self.workdir.cache.flaw_of_locks()):
-                            tell(f"note: {flaw}")
-                        asked = True
-                        node.item.state = State.RUNNING
-                        # Before it is submitted: in this process it runs at once, and a person wants to know what.
+                    if node.settled:
+                        frontier.settle(task)
                         report(node.item)
-                        running[executor.submit(execute, self._job(node, node.task in forced, provenance()))] = node
-                    else:
-                        report(node.item)
-                    if any(future.done() for future in running):
-                        break
-                for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done if running else ():
+                        continue
+                    if not asked and tell is not None and (flaw := self.workdir.cache.flaw_of_locks()):
+                        tell(f"note: {flaw}")
+                    asked = True
+                    node.item.state = State.RUNNING
+                    # Before it is submitted: in this process it runs at once, and a person wants to know what.
+                    report(node.item)
+                    future = executor.submit(execute, self._job(node, task in forced, provenance()))
+                    running[future] = node
+                    ended.watch(future)
+                for future in ended.take() if running else ():
                     node = running.pop(future)
                     self._finish(node, outcome(future, str(node.task)))
+                    frontier.settle(node.task)
                     report(node.item)
                 # An interrupt that a stage made wait: its result is kept and pointed at now.
                 interrupts.deliver()
@@ -145,28 +150,23 @@ class Run:
         if not node.settled:
             node.item.state = State.WOULD_RUN
 
-    def _ready(self, node: Node) -> bool:
-        return all(self.nodes[task].settled for task in node.needs)
-
     def _sources(self, node: Node) -> list[tuple[Node, Need]]:
         """Return what a task reads of: all that it stands on, without what it can do without and that is not there."""
-        sources = [(self.nodes[task], need) for task, need in node.needs.items()]
-        return [(source, need) for source, need in sources if need.required or not self._absent(source)]
-
-    def _absent(self, source: Node) -> bool:
-        """Return whether there is nothing to be had of a task: it failed, or never ran and will not run now.
-
-        What has run and is stale is no such thing: a picture without it would show less than there is.
-        """
-        if source.item.state in (State.FAILED, State.BLOCKED):
-            return True
-        never_ran = not self.workdir.pointer(source.task.name, source.task.unit)
-        return self.pictures_only and source.item.state is State.WOULD_RUN and never_ran
+        sources, only = [(self.nodes[task], need) for task, need in node.needs.items()], self.pictures_only
+        return [(one, need) for one, need in sources if need.required or not one.absent(self.workdir, only)]
 
     def _prepare(self, node: Node, *, force: bool, dry: bool = False) -> None:
         """Decide a task whose upstream is settled; it stays waiting where it must run."""
+        self._decide(node, force=force, dry=dry)
+        if node.item.state is not State.HIT:
+            self._note_before(node)
+
+    def _note_before(self, node: Node) -> None:
+        # Of a hit nobody asks: to read its pointer is a fifth of what a status of thousands of tasks takes.
+        node.item.before = bool(self.workdir.pointer(node.task.name, node.task.unit))
+
+    def _decide(self, node: Node, *, force: bool, dry: bool) -> None:
         item, sources = node.item, self._sources(node)
-        item.before = bool(self.workdir.pointer(node.task.name, node.task.unit))
         bad = [source.task for source, _ in sources if source.item.state in (State.FAILED, State.BLOCKED)]
         coming = [source.task for source, _ in sources if source.item.state is State.WOULD_RUN]
         if bad:
@@ -295,6 +295,6 @@ class Run:
     def _accept(self, node: Node, record: Record, *, dry: bool = False) -> None:
         node.record, folder = record, self._folder(record)
         node.item.summary = record.summary
-        node.item.artifacts = {name: str(folder / name) for name in record.outputs if name not in node.dropped}
+        node.item.artifacts = {name: f"{folder}/{name}" for name in record.outputs if name not in node.dropped}
         if not dry:
             self.workdir.point(record)

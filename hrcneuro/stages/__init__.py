@@ -1,4 +1,4 @@
-"""One file per subcommand; each reads artifacts, calls numeric packages, writes artifacts (see contract.py)."""
+"""One file per subcommand; each reads artifacts, calls numeric packages, writes artifacts (see contract/)."""
 
 from __future__ import annotations
 

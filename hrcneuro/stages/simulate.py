@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 from hrcneuro import published
 from hrcneuro.contract import EVIDENCE, SWEEP, Inputs, Of, Read, Reads, SideResult, Stage, Work, option
 from hrcneuro.learning.grid import LIMITS
-from hrcneuro.learning.params import LEARNERS, PARTNERS, LearnerParams, RateParams, TaskParams, values_of
+from hrcneuro.learning.params import LEARNERS, PARTNERS, LearnerParams, RateParams, TaskParams
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from hrcneuro.analyses.empirical import Empirical
-    from hrcneuro.learning.learner import Make
-    from hrcneuro.learning.simulations import Curve, Variant
-    from hrcneuro.learning.task import JointTask
+    from hrcneuro.learning.simulations import Variant
 
 # Ten times the wide one.
 MOST_CELLS = 100_000
@@ -26,7 +24,6 @@ MOST_CELLS = 100_000
 MANY_CELLS = 1000
 # More than any machine's workers, few enough that each part is worth a process.
 SWEEP_PARTS = 16
-SUMMARY_EPISODES = (20, 35, 40, 80, 100, 120, 160, 200)
 
 
 @dataclass(frozen=True)
@@ -203,14 +200,15 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     """
     from hrcneuro.analyses import learning_curves
     from hrcneuro.analyses.empirical import empirical
+    from hrcneuro.analyses.simulated import paper_learner, variants_of
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.simulations import run_curves
     from hrcneuro.tables import simulate as schemas
 
     decoders = empirical(config, inputs)
-    variants = _variants(config, decoders)
+    variants = variants_of(config, decoders)
     curves = run_curves(
-        variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
+        variants, paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
     )
     marks = learning_curves.milestone_rows(variants, curves, events=config.events, trial_s=config.trial_s)
     analytic = learning_curves.analytic_rows(variants, curves, learning_curves.expected(variants, config))
@@ -223,7 +221,7 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
         _compare_learners(variants, config, out)
     if config.confound:
         _learn_from_errors(decoders, config, out)
-    return summary(variants, curves) | {"milestones": learning_curves.milestone_summary(marks)}
+    return learning_curves.curve_summary(variants, curves) | {"milestones": learning_curves.milestone_summary(marks)}
 
 
 def _compare_learners(variants: Sequence[Variant], config: Config, out: Path) -> None:
@@ -239,55 +237,17 @@ def _compare_learners(variants: Sequence[Variant], config: Config, out: Path) ->
 
 def _learn_from_errors(decoders: Empirical, config: Config, out: Path) -> None:
     from hrcneuro.analyses.learning_curves import curve_rows
+    from hrcneuro.analyses.simulated import paper_learner, task_of
     from hrcneuro.io.tables import write_table
     from hrcneuro.learning.confound import same_rates
     from hrcneuro.learning.simulations import run_curves
     from hrcneuro.tables.simulate import CONFOUND
 
-    variants = same_rates(decoders.rates, _task(config))
+    variants = same_rates(decoders.rates, task_of(config))
     curves = run_curves(
-        variants, _paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
+        variants, paper_learner(config), repetitions=config.repetitions, seed=config.seed, tau=config.tau
     )
     write_table(curve_rows(variants, curves).drop(columns="simulation"), out / "confound.parquet", CONFOUND)
-
-
-def summary(variants: Sequence[Variant], curves: Sequence[Curve]) -> dict[str, Any]:
-    """Return simulation -> variant -> episode -> mean choice accuracy."""
-    shown_of: dict[str, dict[str, dict[str, float]]] = {}
-    for variant, curve in zip(variants, curves, strict=True):
-        shown = [e for e in SUMMARY_EPISODES if e <= len(curve.mean)] or [len(curve.mean)]
-        shown_of.setdefault(variant.simulation, {})[variant.name] = {
-            str(e): round(float(curve.mean[e - 1]), 6) for e in shown
-        }
-    return shown_of
-
-
-def _variants(config: Config, decoders: Empirical) -> list[Variant]:
-    from hrcneuro.learning.simulations import Variant, paper_simulations
-
-    variants = paper_simulations(
-        _task(config),
-        empirical=decoders.decoder,
-        levels=config.levels,
-        reassign=config.reassign,
-        cases=[(n, m) for n, m in config.test_cases],
-    )
-    # A mean of rates hides who teaches well and who does not.
-    return variants + [Variant("SIM1", unit, _task(config), decoder) for unit, decoder in decoders.subjects.items()]
-
-
-def _task(config: Config) -> JointTask:
-    from hrcneuro.learning.task import JointTask
-
-    return JointTask(**values_of(TaskParams, config))
-
-
-def _paper_learner(config: Config) -> Make:
-    from functools import partial
-
-    from hrcneuro.learning.learner import PaperLearner
-
-    return partial(PaperLearner, alpha=config.alpha, ddof=config.ddof)
 
 
 def _group_reads(config: Config) -> Reads:

@@ -124,7 +124,7 @@ def test_ctrl_c_ends_the_wait_for_a_recorder(lsl):
 
 def test_liblsl_is_silent_where_nobody_configured_it(lsl, tmp_path):
     """Its greeting on standard error is no error; a laboratory's own settings are left alone."""
-    greeting = 'import sys; from hrcneuro.live.lsl import library; library("markers go out through").local_clock()'
+    greeting = 'import sys; from hrcneuro.live.liblsl import library; library("markers go out through").local_clock()'
     bare = {k: v for k, v in os.environ.items() if k != "LSLAPICFG"} | {"HOME": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", greeting], capture_output=True, text=True, env=bare, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -2,7 +2,6 @@
 
 import dataclasses
 from concurrent.futures import Future
-from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +12,7 @@ from hrcneuro.contract import Caption, Drawing, Drawings, Of, Read, SideResult, 
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline import graph, sides, walk
 from hrcneuro.pipeline.executors import Serial
+from hrcneuro.pipeline.frontier import Ended
 from hrcneuro.pipeline.workdir import Workdir
 
 
@@ -250,10 +250,11 @@ def test_of_several_that_would_read_a_changed_content_each_waits(house, workdir)
     assert workdir.artifact("total", "group", "z.txt").read_text() == "ab"
 
 
-class Late:
+class Late(Ended):
     """Runs jobs when the walk waits for them, no sooner: all that may run at the same time do so there."""
 
     def __init__(self):
+        super().__init__()
         self.jobs = []
 
     def submit(self, call, /, *args):
@@ -261,11 +262,11 @@ class Late:
         self.jobs.append((future, call, args))
         return future
 
-    def wait(self, running, return_when):
+    def take(self):
         for future, call, args in self.jobs:
             future.set_result(call(*args))
         self.jobs.clear()
-        return SimpleNamespace(done=set(running))
+        yield from super().take()
 
 
 def test_an_altered_entry_is_not_taken_from_a_task_that_reads_it(house, workdir, monkeypatch):
@@ -279,7 +280,7 @@ def test_an_altered_entry_is_not_taken_from_a_task_that_reads_it(house, workdir,
     bring(settings(), workdir, names=("scale", "long"))
     workdir.artifact("source", "a", "x.txt").write_text("?")
     late = Late()
-    monkeypatch.setattr(walk, "futures", SimpleNamespace(wait=late.wait, FIRST_COMPLETED=""))
+    monkeypatch.setattr(walk, "Ended", lambda: late)
     items = {i.stage: i for i in bring(settings(), workdir, "a", names=("long", "scale"), force=True, executor=late)}
     assert {name: (item.state, item.error) for name, item in items.items()} == dict.fromkeys(
         ("source", "scale", "long"), ("ran", None)

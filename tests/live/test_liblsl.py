@@ -10,7 +10,7 @@ pytest.importorskip("mne_lsl", reason="mne-lsl is not installed: hrcneuro[lsl]")
 
 CONFIGURED = "[lab]\nKnownPeers = {{127.0.0.1}}\nSessionID = {session}\n[multicast]\nResolveScope = machine\n"
 SCRIPT = """
-from hrcneuro.live.lsl import library
+from hrcneuro.live.liblsl import library
 lsl = library("this test needs")
 outlet = lsl.StreamOutlet(lsl.StreamInfo("a", "Markers", 1, 0, "string", "a"))
 (found,) = lsl.resolve_streams(timeout=5.0, minimum=1, name="a")
