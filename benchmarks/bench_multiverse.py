@@ -142,7 +142,8 @@ def measure(chosen: Any, given: list[str], own: list[str], asked: Any, folder: P
         f"{cost['universes']} universes on {cost['chains']} chains, {cost['units']} units",
         "| what | processor s | by the clock, s |",
         "|---|---|---|",
-        f"| shared by all ({', '.join(s for s in SHARED if s in stages)}) | {first:.1f} | {sum(o.wall for o in shared):.1f} |",
+        f"| shared by all ({', '.join(s for s in SHARED if s in stages)}) | {first:.1f} "
+        f"| {sum(one.wall for one in shared):.1f} |",
         f"| one chain ({', '.join(chain_stages)}) | {chain.cpu:.1f} | {chain.wall:.1f} |",
         f"| what differs within chains | {rest:.1f} | |",
         f"| budget | {budget:.1f} | |",

@@ -1,7 +1,7 @@
 """Many analyses of the same data: which there are, what holds in how many, and which choice moves what.
 
-Steegen et al. 2016, Perspect Psychol Sci 11:702, doi:10.1177/1745691616658637 (multiverse); Simonsohn et al. 2020, Nat Hum
-Behav 4:1208, doi:10.1038/s41562-020-0912-z (specification curve).
+Steegen et al. 2016, Perspect Psychol Sci 11:702, doi:10.1177/1745691616658637 (multiverse); Simonsohn et al. 2020, Nat
+Hum Behav 4:1208, doi:10.1038/s41562-020-0912-z (specification curve).
 """
 
 from __future__ import annotations
@@ -100,10 +100,10 @@ def held(verdicts: pd.DataFrame, moved: pd.DataFrame) -> pd.DataFrame:
 
     Returns:
         One row a finding, in the order of ``verdicts``: ``study`` (what the study's own universe has to say), ``fits``,
-        ``differs``, ``open`` (numbers of universes), ``share`` (that fit, of those that fit or differ; NaN without any),
-        ``value`` (the study's own), ``low``, ``high`` (range of the values), ``choice`` (that moves it most: flips it in
-        the largest share of pairs, then moves its value farthest on average; empty where none does), ``flips``, ``moved``
-        (of that choice).
+        ``differs``, ``open`` (numbers of universes), ``share`` (that fit, of those that fit or differ; NaN without
+        any), ``value`` (the study's own), ``low``, ``high`` (range of the values), ``choice`` (that moves it most:
+        flips it in the largest share of pairs, then moves its value farthest on average; empty where none does),
+        ``flips``, ``moved`` (of that choice).
     """
     rows = []
     for finding, own in verdicts.groupby("finding", sort=False):

@@ -1,4 +1,4 @@
-"""What the command multiverse does: plan the universes, say what they cost, run and judge each, let go of what is over."""
+"""What the command multiverse does: plan, say what it costs, run and judge each universe, let go of what is over."""
 
 from __future__ import annotations
 

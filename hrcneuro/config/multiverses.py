@@ -47,7 +47,7 @@ class Choice:
     Attributes:
         name: A short name, or the option's.
         values: The ways to choose, at least two.
-        crossed: Whether it is crossed with the other crossed ones; else only one value at a time differs from the study.
+        crossed: Whether it is crossed with the other crossed ones; else one value at a time differs from the study.
     """
 
     name: str

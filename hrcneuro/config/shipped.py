@@ -1,4 +1,4 @@
-"""Configurations, pipelines and multiverses that come with the program, which a bare name stands for: ``--config smoke``.
+"""Configurations, pipelines and multiverses that come with the program, for each a bare name: ``--config smoke``.
 
 In a clone they lie in ``configs/``, ``pipelines/`` and ``multiverses/``; the folder ``shipped`` has links to them, so
 that they are installed with the package.

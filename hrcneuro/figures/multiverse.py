@@ -36,7 +36,7 @@ def draw_curve(
     """Draw one finding in all universes from its least value to its largest, and below which choices each one made.
 
     Args:
-        values: ndarray, shape (n_universes,), in ``unit``; the first is the study's own; universes with NaN are left out.
+        values: ndarray, shape (n_universes,), in ``unit``; the first is the study's own; NaN is left out.
         fits: What each has to say: ``fits``, ``differs`` or ``cannot tell``.
         chosen: Choice -> value of each.
         title: What the finding is.
@@ -75,8 +75,8 @@ def draw_findings(
     """Draw what each universe has to say on the findings that not all agree on.
 
     Args:
-        told: One row a finding, one column a universe in the order of the chains, ``fits``, ``differs``, ``cannot tell``;
-            missing where a universe has nothing.
+        told: One row a finding, one column a universe in the order of the chains: ``fits``, ``differs`` or ``cannot
+            tell``; missing where a universe has nothing.
         labels: Of the rows.
         borders: Columns at which a new preprocessing chain begins, without the first.
         constant: How many findings are left out, as all universes agree on them.

@@ -70,7 +70,6 @@ def slim(workdir: Workdir, items: Iterable[Item], names: Sequence[str], *, dry: 
         entry = (item.stage, item.unit, item.key)
         if item.stage not in names or item.state is not State.HIT:
             continue
-        folder = workdir.cache.folder(*entry)
         files = [Path(path) for name, path in item.artifacts.items() if name.endswith(SUFFIX)]
         size = sum(path.stat().st_size for path in files)
         if not files:

@@ -1,9 +1,9 @@
-"""What universes will cost before they start: units to compute, processor time and disk, by what earlier runs recorded."""
+"""What universes will cost, said before they start: units, processor time and disk, by what earlier runs recorded."""
 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,7 +100,7 @@ class Cost:
         larger = "" if room == self.free else "; or allow more: --disk GB"
         raise ConfigError(
             f"the multiverse needs about {large(self.disk)} of disk at a time, and {allowed}; nothing has run",
-            cure="make room ('hrcneuro cache gc' drops what no study uses, 'hrcneuro cache slim acquire preprocess epoch' "
+            cure="make room ('hrcneuro cache gc' drops what no study uses, 'hrcneuro cache slim preprocess epoch' "
             f"signals that can be made again), choose another place (--workdir DIR or HRCNEURO_CACHE){larger}; or let "
             "fewer subjects take part (--set study.subjects=...): one preprocessing chain must fit at a time",
         )

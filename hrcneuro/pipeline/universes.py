@@ -117,9 +117,10 @@ def droppable(record: Record) -> list[str]:
 
 
 def let_go(workdir: Workdir, study: Workdir, items: Iterable[Item]) -> int:
-    """Drop what these tasks wrote and nothing needs any more; return how many bytes went. Records and small tables stay.
+    """Drop what these tasks wrote and nothing needs any more; return how many bytes went.
 
-    Only entries that the multiverse has made itself go, and none that another study, or another run, points at.
+    Records and small tables stay. Only entries that the multiverse has made itself go, and none that another study, or
+    another run, points at.
 
     Args:
         workdir: The multiverse's.

@@ -1,4 +1,4 @@
-"""A multiverse in tables, pictures and a page: what each universe has to say on each printed finding, and what moves it."""
+"""What the universes of a multiverse have to say on each printed finding, and what moves it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from hrcneuro import published
 from hrcneuro.analyses import multiverse as many
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import read_json
@@ -92,10 +91,8 @@ def verdicts(every: Sequence[Judged], own: Mapping[str, str]) -> pd.DataFrame:
     rows = []
     for one in every:
         words = many.in_words(many.differing(one.chosen, own).items())
-        for row in one.rows:
-            rows.append(
-                {"universe": one.number, "chain": one.chain, "choices": words, **_printed(row["finding"]), **row}
-            )
+        about = {"universe": one.number, "chain": one.chain, "choices": words}
+        rows += [{**about, **_printed(row["finding"]), **row} for row in one.rows]
     frame = pd.DataFrame(rows)
     frame["value"] = frame["value"].astype(float)
     rank = {key: place for place, key in enumerate(FINDINGS)}
@@ -124,7 +121,7 @@ def lines(held: pd.DataFrame) -> list[str]:
     """Return a line a finding that not all universes tell alike, then how many do."""
     turned = held[(held["fits"] > 0) & (held["differs"] > 0)]
     found = []
-    for row in turned.to_dict("records"):
+    for row in records(turned):
         own = f"the study's own {row['study']}" if row["study"] else "the study's own is not there"
         found.append(f"{row['quantity']}: fits in {fits_in(row)}; {own}; moved most by {moved_by(row)}")
     words = {"fits": "fit", "differs": "differ"}
@@ -132,6 +129,11 @@ def lines(held: pd.DataFrame) -> list[str]:
         number = int(((held[name] > 0) & (held[other] == 0)).sum())
         found.append(f"{number} findings {words[name]} in every universe that can tell")
     return [*found, f"{int((held['fits'] + held['differs'] == 0).sum())} no universe can tell"]
+
+
+def records(frame: pd.DataFrame) -> list[Row]:
+    """Return the rows of a table by the names of its columns."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
 def fits_in(row: Mapping[str, Any]) -> str:

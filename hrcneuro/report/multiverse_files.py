@@ -15,7 +15,7 @@ from hrcneuro import published
 from hrcneuro.figures.style import DPI
 from hrcneuro.io.tables import write_table
 from hrcneuro.report import markup, shelf
-from hrcneuro.report.multiverse import FINDINGS, Judged, fits_in, lines, moved_by, summary, verdicts
+from hrcneuro.report.multiverse import FINDINGS, Judged, fits_in, lines, moved_by, records, summary, verdicts
 from hrcneuro.report.verdicts import VERDICTS
 from hrcneuro.tables import multiverse as tables
 
@@ -59,8 +59,8 @@ def write(
         curves: Findings that have a specification curve.
         failed: Universes that did not come to an end, without rows.
         choices: Of each choice its name, how it was varied, and its values.
-        words: ``study``, ``reality``, ``what`` and ``notes`` of the page: the study's name, what is real in its data, what
-            was done, and what to know of that.
+        words: ``study``, ``reality``, ``what`` and ``notes`` of the page: the study's name, what is real in its data,
+            what was done, and what to know of that.
     """
     out.mkdir(parents=True, exist_ok=True)
     told = verdicts(every, own)
@@ -80,7 +80,7 @@ def write(
     pictures = draw(told, held, every, curves, out)
     files |= {Path(name).stem: out / name for name in pictures}
     files["page"] = page(out, told=told, held=held, moved=moved, choices=choices, pictures=pictures, **words)
-    rows = held.astype(object).where(held.notna(), None).to_dict("records")
+    rows = records(held.astype(object).where(held.notna(), None))
     return Written(files["page"], files, rows, lines(held))
 
 
@@ -139,8 +139,8 @@ def _findings(held: pd.DataFrame, told: pd.DataFrame) -> markup.PageTable:
     own = told[told["universe"] == 0].set_index("finding")
     head = ["place", "finding", "published", "the study's own", "fits in", "cannot tell", "values", "moved most by"]
     rows = []
-    for row in held.to_dict("records"):
-        ours = "-"
+    for row in records(held):
+        ours: markup.Cell = "-"
         if row["finding"] in own.index:
             one = own.loc[row["finding"]]
             ours = markup.NotedCell(f"{one['fits']}: {one['ours']}", str(one["verdict"]))
@@ -154,7 +154,7 @@ def _influence(moved: pd.DataFrame, held: pd.DataFrame) -> markup.PageTable:
     quantity, unit = (held.set_index("finding")[name] for name in ("quantity", "unit"))
     head = ["finding", "choice", "pairs", "turned in", "moved on average", "at most"]
     rows = []
-    for row in moved[moved["flips"].fillna(0) >= _FEW].to_dict("records"):
+    for row in records(moved[moved["flips"].fillna(0) >= _FEW]):
         far = [
             f"{row[name]:.2g} {unit[row['finding']]}" if np.isfinite(row[name]) else "-" for name in ("moved", "most")
         ]

@@ -138,7 +138,8 @@ def test_what_comes_with_the_program_fits_its_study():
     assert f"{len(every)} universes" in (asked.config.parent / "../multiverses/paper.toml").read_text()
     options = {option for choice in choices for value in choice.values for option in value.options}
     for wanted in (
-        *("preprocess.filter", "preprocess.l_freq", "preprocess.interpolation", "preprocess.reference", "preprocess.eog"),
+        *("preprocess.filter", "preprocess.l_freq", "preprocess.interpolation", "preprocess.reference"),
+        "preprocess.eog",
         *("preprocess.bad_channels", "epoch.reject_uv", "erp.baseline_s", "decode.mean_window_s", "decode.shrinkage"),
         *("decode.balance", "conditions.RH_before", "erp.correction"),
     ):

@@ -76,7 +76,8 @@ def settings(**gains):
 
 def made(place, *gains):
     keys = Keys(settings(), place)
-    return [universes.universe(n, {}, settings(**one), ("acquire", "preprocess", "erp"), keys) for n, one in enumerate(gains)]
+    names = ("acquire", "preprocess", "erp")
+    return [universes.universe(n, {}, settings(**one), names, keys) for n, one in enumerate(gains)]
 
 
 def run(place, one):
@@ -166,8 +167,12 @@ def test_what_another_configuration_of_the_study_made_stays_though_nothing_point
 
 def costs(place, study, every, pending=None, limit=None):
     pending = universes.in_order(every if pending is None else pending)
-    plan = lambda one: walk.Run(one.settings, place, one.graph).plan()  # noqa: E731
-    return universe_cost.cost(study, every, pending, plan, chains=len(set(universes.chains(every).values())), limit=limit)
+    chains = len(set(universes.chains(every).values()))
+
+    def plan(one):
+        return walk.Run(one.settings, place, one.graph).plan()
+
+    return universe_cost.cost(study, every, pending, plan, chains=chains, limit=limit)
 
 
 def test_what_it_will_cost_is_what_it_costs(house, place, study):
@@ -216,6 +221,4 @@ def test_an_arm_that_moves_in_real_time_is_no_part_of_a_multiverse(house, place)
     house.sessions = Sessions.ONE_A_COMMAND
     sections = {name: Arm() for name in house.stages}
     with pytest.raises(ConfigError, match="drives one arm in real time"):
-        universes.universe(
-            0, {}, dataclasses.replace(settings(), sections=sections), ("erp",), Keys(settings(), place)
-        )
+        universes.universe(0, {}, dataclasses.replace(settings(), sections=sections), ("erp",), Keys(settings(), place))

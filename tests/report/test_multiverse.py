@@ -2,14 +2,18 @@
 
 import json
 import math
+from pathlib import Path
 
 import pandas as pd
 import pytest
 
 from hrcneuro.analyses import multiverse as many
+from hrcneuro.config import settings
 from hrcneuro.io.tables import describe
 from hrcneuro.report import multiverse as told_of
 from hrcneuro.report import multiverse_files as files
+from hrcneuro.report.claims import rows as published_rows
+from hrcneuro.report.results import Results
 from hrcneuro.tables import multiverse as tables
 
 ACC, ERP, WORD = "iC RRvsRH acc", "erp C", "sim2"
@@ -20,9 +24,8 @@ def rows(number):
     value = 57.0 + 2 * number
 
     def row(finding, fits, value, unit):
-        return dict(
-            finding=finding, ours=f"{value} {unit}", value=value, unit=unit, fits=fits, verdict="by construction", why="w"
-        )
+        told = dict(ours=f"{value} {unit}", value=value, unit=unit, fits=fits, verdict="by construction", why="w")
+        return dict(finding=finding, **told)
 
     erp = {0: many.FITS, 1: many.DIFFERS}.get(number, many.OPEN)
     return [row(ERP, erp, -0.1 * number, "µV"), row(ACC, many.FITS, value, "%"), row(WORD, many.DIFFERS, None, "")]
@@ -34,7 +37,8 @@ def every():
 
 
 def write(out, every, **more):
-    given = dict(study="lab", reality="SYNTHETIC.", what="4 universes.", notes=["a < b"], choices=[("λ", "alone", "0.9; 0.5")])
+    given = dict(study="lab", reality="SYNTHETIC.", what="4 universes.", notes=["a < b"])
+    given["choices"] = [("λ", "alone", "0.9; 0.5")]
     return files.write(out, every, own=EVERY[0], curves=told_of.CURVES, failed=[], **{**given, **more})
 
 
@@ -113,19 +117,14 @@ def test_what_was_kept_is_read_back_and_what_is_no_such_thing_is_not(tmp_path):
 
 
 def test_a_finished_study_is_judged_as_its_report_does(smoke_items):
-    from pathlib import Path
-
-    from hrcneuro.config import settings
-    from hrcneuro.report.claims import rows as published_rows
-    from hrcneuro.report.results import Results
-
     study = settings.load(Path("smoke"))
     judged = {row["finding"]: row for row in told_of.judge(study, smoke_items)}
-    shown = {row.quantity: row for row in published_rows(Results(study, smoke_items)) if row.kind == "result"}
+    shown = [row for row in published_rows(Results(study, smoke_items)) if row.kind == "result"]
     assert len(judged) > 40
     for finding, row in judged.items():
         about = told_of.FINDINGS[finding].printed
-        same = [s for s in shown.values() if (s.place, s.quantity, s.ours) == (about.place, about.quantity, row["ours"])]
+        words = (about.place, about.quantity, row["ours"])
+        same = [one for one in shown if (one.place, one.quantity, one.ours) == words]
         assert same, finding
         assert (same[0].verdict, same[0].why) == (row["verdict"], row["why"])
     numbers = [row["value"] for row in judged.values() if row["value"] is not None]
