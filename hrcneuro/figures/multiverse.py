@@ -55,6 +55,8 @@ def draw_curve(
         x = np.arange(len(order))
         if printed is not None:
             above.axhline(printed, color=INK, lw=0.8, ls="--", zorder=0)
+        elif values[order].min() < 0 < values[order].max():
+            above.axhline(0.0, color=GREY, lw=0.6, zorder=0)
         above.scatter(x, values[order], c=colours, s=_dot(len(order)), lw=0, clip_on=False)
         own = np.flatnonzero(order == 0)
         for axes in (above, below) if len(own) else ():
@@ -62,6 +64,7 @@ def draw_curve(
         above.set(ylabel=unit, xlim=(-1, len(order)))
         above.set_title(title, loc="left")
         _matrix(below, rows, [chosen[i] for i in order], colours)
+        below.set_xticks([])
         below.set_xlabel(f"{len(order)} universes, in the order of their value")
         figure.legend(
             handles=_key(fits, own=bool(len(own)), printed=printed is not None), loc="outside lower left", ncols=5

@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from hrcneuro import stages
+from hrcneuro.cache import fingerprint
 from hrcneuro.config.settings import Settings, Shared, StudyOptions
 from hrcneuro.contract import Of, Read, Sessions, Stage, Work, option
 from hrcneuro.errors import ConfigError
@@ -47,7 +48,10 @@ class House:
     def work(self, config, inputs, out):
         self.calls.append((inputs.unit, config.gain))
         (out / "x.fif").write_bytes(bytes([config.gain]) * LARGE)
-        (out / "y.parquet").write_text(str(config.gain))
+        of = [
+            path.read_bytes()[:1] for units in inputs.files.values() for own in units.values() for path in own.values()
+        ]
+        (out / "y.parquet").write_text(f"{config.gain} of {of}")
         return {}
 
 
@@ -56,6 +60,8 @@ def house(monkeypatch):
     house = House()
     monkeypatch.setattr(stages, "NAMES", tuple(house.stages))
     monkeypatch.setattr(stages, "load", lambda name: house.stages[name])
+    # The code of the real stages, which have these names, is none of the toys'.
+    monkeypatch.setattr(fingerprint, "code", lambda module, root, memo: {module: "as it is"})
     return house
 
 
@@ -175,7 +181,8 @@ def costs(place, study, every, pending=None, limit=None):
     return universe_cost.cost(study, every, pending, plan, chains=chains, limit=limit)
 
 
-def test_what_it_will_cost_is_what_it_costs(house, place, study):
+def test_what_it_will_cost_is_what_it_costs(house, place, study, monkeypatch):
+    monkeypatch.setattr(universe_cost, "estimate", lambda *task: None)
     every = made(place, *({"preprocess": p, "erp": e} for p in (1, 2) for e in (1, 2, 3)))
     first = costs(place, study, every)
     assert (first.universes, first.chains, first.judged, first.units, first.there) == (6, 2, 0, 24, 0)

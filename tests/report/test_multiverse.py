@@ -37,9 +37,9 @@ def every():
 
 
 def write(out, every, **more):
-    given = dict(study="lab", reality="SYNTHETIC.", what="4 universes.", notes=["a < b"])
+    given = dict(study="lab", reality="SYNTHETIC.", what="4 universes.", notes=["a < b"], failed=[])
     given["choices"] = [("λ", "alone", "0.9; 0.5")]
-    return files.write(out, every, own=EVERY[0], curves=told_of.CURVES, failed=[], **{**given, **more})
+    return files.write(out, every, own=EVERY[0], curves=told_of.CURVES, **{**given, **more})
 
 
 def test_every_universe_is_in_the_tables_with_what_it_chose(tmp_path, every):
