@@ -146,7 +146,9 @@ def cost(
         for task, lineage in one.lineages.items():
             if lineage in new:
                 needs += 1
-            elif states[task.name, task.unit] is State.WOULD_RUN and lineage not in there:
+            elif states[task.name, task.unit] is State.WOULD_RUN:
+                # Perhaps again: an earlier universe can do without a signal that was dropped, and this one cannot.
+                there.discard(lineage)
                 new[lineage] = taken = expected.of(task, one)
                 now += taken.size or 0
                 untimed.update({task.name: None} if taken.seconds is None else {})

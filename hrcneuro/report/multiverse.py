@@ -146,6 +146,14 @@ def moved_by(row: Mapping[str, Any]) -> str:
     """Return the choice that moves a finding most, and how; a dash where none does."""
     if not isinstance(row["choice"], str):
         return "-"
-    turns = f"turns it in {100 * row['flips']:.0f} % of pairs" if row["flips"] > 0 else "turns it in none"
-    far = f", {row['moved']:.2g} {row['unit']} apart" if np.isfinite(row["moved"]) and row["moved"] else ""
+    turns = f"turns it in {100 * row['flips']:.0f} % of pairs" if row["flips"] > 0 else "turns it in no pair"
+    far = f"; values {row['moved']:.2g} {row['unit']} apart" if np.isfinite(row["moved"]) and row["moved"] else ""
     return f"{row['choice']} ({turns}{far})"
+
+
+def span(row: Mapping[str, Any]) -> str:
+    """Return ``50.9 to 54.7 %``, or the one value that all universes have; a dash where there is none."""
+    low, high = (f"{row[name]:.3g}" for name in ("low", "high"))
+    if not np.isfinite(row["low"]):
+        return "-"
+    return f"{low} {row['unit']}" if low == high else f"{low} to {high} {row['unit']}"

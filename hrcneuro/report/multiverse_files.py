@@ -15,7 +15,7 @@ from hrcneuro import published
 from hrcneuro.figures.style import DPI
 from hrcneuro.io.tables import write_table
 from hrcneuro.report import markup, shelf
-from hrcneuro.report.multiverse import FINDINGS, Judged, fits_in, lines, moved_by, records, summary, verdicts
+from hrcneuro.report.multiverse import FINDINGS, Judged, fits_in, lines, moved_by, records, span, summary, verdicts
 from hrcneuro.report.verdicts import VERDICTS
 from hrcneuro.tables import multiverse as tables
 
@@ -48,6 +48,7 @@ def write(
     curves: Sequence[str],
     failed: Sequence[Judged],
     choices: Sequence[tuple[str, str, str]],
+    drawn: bool = True,
     **words: Any,
 ) -> Written:
     """Write the tables, pictures and page of the universes that were judged.
@@ -59,6 +60,7 @@ def write(
         curves: Findings that have a specification curve.
         failed: Universes that did not come to an end, without rows.
         choices: Of each choice its name, how it was varied, and its values.
+        drawn: Whether pictures are wanted.
         words: ``study``, ``reality``, ``what`` and ``notes`` of the page: the study's name, what is real in its data,
             what was done, and what to know of that.
     """
@@ -77,7 +79,7 @@ def write(
         write_table(frame, files[name], table)
     for stale in (*out.glob("curve_*.*"), *out.glob("findings.*")):
         stale.unlink()
-    pictures = draw(told, held, every, curves, out)
+    pictures = draw(told, held, every, curves, out) if drawn else {}
     files |= {Path(name).stem: out / name for name in pictures}
     files["page"] = page(out, told=told, held=held, moved=moved, choices=choices, pictures=pictures, **words)
     rows = records(held.astype(object).where(held.notna(), None))
@@ -144,9 +146,8 @@ def _findings(held: pd.DataFrame, told: pd.DataFrame) -> markup.PageTable:
         if row["finding"] in own.index:
             one = own.loc[row["finding"]]
             ours = markup.NotedCell(f"{one['fits']}: {one['ours']}", str(one["verdict"]))
-        span = "-" if not np.isfinite(row["low"]) else f"{row['low']:.3g} to {row['high']:.3g} {row['unit']}"
         about = [row["place"], row["quantity"], row["published"], ours]
-        rows.append([*about, fits_in(row), int(row["open"]), span, moved_by(row)])
+        rows.append([*about, fits_in(row), int(row["open"]), span(row), moved_by(row)])
     return markup.PageTable(head, rows)
 
 
