@@ -149,8 +149,8 @@ def measure(chosen: Any, given: list[str], own: list[str], asked: Any, folder: P
         f"| budget | {budget:.1f} | |",
         f"| the multiverse | {all_of_it.cpu:.1f} | {all_of_it.wall:.1f} |",
         f"| ratio (at most {LIMIT:g}) | {ratio:.2f}{'' if ratio <= LIMIT else ' TOO MUCH'} | |",
-        f"disk: {disk.most / 1e9:.2f} GB at most, {disk.look() / 1e9:.2f} GB in the end; said before: "
-        f"{cost['disk'] / 1e9:.2f} GB at most, {cost['kept'] / 1e9:.2f} GB in the end",
+        f"disk: {disk.most / 1e9:.3f} GB at most, {disk.look() / 1e9:.3f} GB in the end; said before: "
+        f"{cost['disk'] / 1e9:.3f} GB at most, {cost['kept'] / 1e9:.3f} GB in the end",
     ]
 
 
