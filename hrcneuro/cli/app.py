@@ -18,6 +18,7 @@ from hrcneuro.cli import (  # noqa: F401
     experiment,
     export,
     init,
+    multiverse,
     online,
     record,
     rehearse,

@@ -167,7 +167,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
         study.second_cache = second_cache.for_workers(study.second_cache)
     workers = options.jobs or executors.cores()
     note = None if options.quiet else partial(talk.say, style="yellow")
-    executor = executors.create(options.executor, workers, lambda: _site(options, study, note))
+    executor = executors.create(options.executor, workers, lambda: site_of(options, study, note))
 
     def tell(item: Item) -> None:
         talk.report(item)
@@ -191,7 +191,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
     return items
 
 
-def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
+def site_of(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
     """Return what an executor for other machines needs to know of a study."""
     from hrcneuro.pipeline.cluster import Site
     from hrcneuro.pipeline.resources import most, resources

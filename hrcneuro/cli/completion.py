@@ -29,6 +29,13 @@ def pipelines(incomplete: str) -> list[str]:
     return [*shipped.names(shipped.PIPELINES), incomplete + FILES]
 
 
+def multiverses(incomplete: str) -> list[str]:
+    """Return the files of choices that come with the program and begin so, and files."""
+    from hrcneuro.config import shipped
+
+    return [*shipped.names(shipped.MULTIVERSES), incomplete + FILES]
+
+
 def subjects(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the subjects of the configuration that begin so and are not named yet."""
     given = ctx.params.get("subjects") or ()

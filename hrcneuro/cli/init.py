@@ -85,7 +85,7 @@ study.trials("s01").groupby("case").size()
 ```
 """
 
-_IGNORE = "/cache/\n/results/\n/recordings/\n"
+_IGNORE = "/cache/\n/results/\n/recordings/\n/multiverse/\n"
 
 
 @command(

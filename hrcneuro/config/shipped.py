@@ -1,7 +1,7 @@
-"""Configurations and pipelines that come with the program, which a bare name stands for: ``--config smoke``.
+"""Configurations, pipelines and multiverses that come with the program, for each a bare name: ``--config smoke``.
 
-In a clone they lie in ``configs/`` and ``pipelines/``; the folder ``shipped`` has links to both, so that they are
-installed with the package.
+In a clone they lie in ``configs/``, ``pipelines/`` and ``multiverses/``; the folder ``shipped`` has links to them, so
+that they are installed with the package.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ from hrcneuro.errors import ConfigError, did_you_mean
 _FOLDER = Path(__file__).parent / "shipped"
 CONFIGURATIONS = "configs"
 PIPELINES = "pipelines"
+MULTIVERSES = "multiverses"
+_WORDS = {CONFIGURATIONS: "configuration", PIPELINES: "pipeline", MULTIVERSES: "multiverse"}
 
 
 def names(kind: str) -> list[str]:
-    """Return the names of what comes with the program, of :data:`CONFIGURATIONS` or :data:`PIPELINES`."""
+    """Return the names of what comes with the program, of one of these kinds."""
     return sorted(path.stem for path in (_FOLDER / kind).glob("*.toml"))
 
 
@@ -35,8 +37,7 @@ def find(path: Path, kind: str) -> Path:
         return _FOLDER / kind / f"{path.name}.toml"
     if path.exists():
         return path  # a folder, or a device: whoever reads it says what is wrong
-    what = "configuration" if kind == CONFIGURATIONS else "pipeline"
     raise ConfigError(
-        f"no {what} has the name {str(path)!r}{did_you_mean(path.name, known)}",
+        f"no {_WORDS[kind]} has the name {str(path)!r}{did_you_mean(path.name, known)}",
         cure=f"name one that comes with the program ({', '.join(known)}), or a file of your own, such as study.toml",
     )

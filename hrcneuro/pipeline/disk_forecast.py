@@ -5,19 +5,15 @@ from __future__ import annotations
 import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 from hrcneuro.cache.disk import free_bytes
-from hrcneuro.cache.record import entry_of, read_record
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, OF_ALL, is_piece
 from hrcneuro.pipeline.item import Item, State
-from hrcneuro.pipeline.measured import measured
+from hrcneuro.pipeline.measured import measured, of_kind
 from hrcneuro.pipeline.workdir import Workdir
 
-# So many earlier results of a kind are looked at: among 400 subjects, more would tell nothing new.
-_LOOKED_AT = 20
 # Bytes a channel and second of a recording, as synthetic subjects of the paper's size wrote them at the default
 # options (1000 Hz, 512 Hz from preprocess on), together 0.66 GB a subject; the tables of erp and ersp, which hardly
 # depend on the length, and those of the group, in bytes, are rounded up from a study of three short subjects.
@@ -66,17 +62,17 @@ class DiskForecast:
         }
 
     def __str__(self) -> str:
-        free = f"{_large(self.free)} are free"
+        free = f"{large(self.free)} are free"
         if not self.size and self.unknown:
             return f"disk: {free}; how much will be written is not known before something has run"
         origin = "by what earlier runs wrote"
         if self.estimated:
             guess = "an estimate by the length of a session"
-            origin = guess if self.estimated == self.size else f"{origin}; {_large(self.estimated)} of it are {guess}"
+            origin = guess if self.estimated == self.size else f"{origin}; {large(self.estimated)} of it are {guess}"
         of = f"; nothing has run yet of {', '.join(self.unknown)}: whether that is enough is not known"
         short = "; that is not enough: 'hrcneuro cache gc' and 'hrcneuro cache slim' make room"
         end = short if self.enough is False else of if self.unknown else ""
-        return f"disk: about {_large(self.size)} will be written, {origin}; {free}{end}"
+        return f"disk: about {large(self.size)} will be written, {origin}; {free}{end}"
 
 
 def expected(workdir: Workdir, items: Iterable[Item], settings: Settings) -> DiskForecast:
@@ -88,13 +84,13 @@ def expected(workdir: Workdir, items: Iterable[Item], settings: Settings) -> Dis
     for item in coming:
         kind = (item.stage, item.unit == GROUP)
         if kind not in alike:
-            alike[kind] = _sizes(workdir, *kind)
+            alike[kind] = [record.size for record in of_kind(workdir, kind[0], group=kind[1])]
         own = last.get((item.stage, item.unit))
         known = None if own is None else own.size
         if known is None and alike[kind]:
             known = round(statistics.median(alike[kind]))
         if known is None and not item.draws:
-            known = _estimate(item.stage, item.unit, settings)
+            known = estimate(item.stage, item.unit, settings)
             estimated += known or 0
             if known is None:
                 unknown.append(item.stage)
@@ -103,7 +99,7 @@ def expected(workdir: Workdir, items: Iterable[Item], settings: Settings) -> Dis
     return DiskForecast(len(coming), total, estimated, tuple(dict.fromkeys(unknown)), free)
 
 
-def _estimate(stage: str, unit: str, settings: Settings) -> int | None:
+def estimate(stage: str, unit: str, settings: Settings) -> int | None:
     """Return what a task will write by the length of a session, in bytes; None where nobody knows.
 
     Of a recording that nobody has read yet, the length is taken to be that of the configured session.
@@ -121,13 +117,6 @@ def _estimate(stage: str, unit: str, settings: Settings) -> int | None:
     return round(_OF_SUBJECT[stage] * share * _CHANNELS * seconds)
 
 
-def _sizes(workdir: Workdir, stage: str, group: bool) -> list[int]:
-    """Return what tasks of a kind have written, whichever study asked for it."""
-    folders = workdir.cache.root.glob(f"{stage}/*/*")
-    ours = (folder for folder in folders if (entry_of(folder)[1] == GROUP) == group)
-    records = (read_record(folder) for folder in islice(ours, _LOOKED_AT))
-    return [record.size for record in records if record is not None]
-
-
-def _large(size: int) -> str:
+def large(size: int) -> str:
+    """Return bytes as people say them."""
     return f"{size / 1e9:.1f} GB" if size >= 1e8 else f"{size / 1e6:.1f} MB"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import os
 from collections.abc import Iterable, Mapping
@@ -16,7 +17,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.contract import OF_ALL, Stage, chosen, params, plain
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.pipeline.graph import Need, Task, drawing_of
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.workdir import FIGURES, Workdir
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -61,6 +62,14 @@ class Keys:
         # Of objects that live as long as this one, by their identity.
         self._texts: dict[int, str] = {}
         self._params: dict[tuple[int, str], dict[str, Any]] = {}
+
+    def of(self, settings: Settings) -> Keys:
+        """Return the same for another configuration in this working folder, with all that was hashed for this one."""
+        other = copy.copy(self)
+        other.settings = settings
+        # Options of drawings are in what their pictures share.
+        other._static = {place: parts for place, parts in self._static.items() if not place[0].endswith(FIGURES)}
+        return other
 
     def key(self, parts: Mapping[str, Any]) -> str:
         """Return the key that parts make."""

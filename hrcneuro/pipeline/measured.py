@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
-from hrcneuro.cache.record import Record
+from hrcneuro.cache.record import Record, entry_of, read_record
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import DataError
 from hrcneuro.pipeline.workdir import Workdir
 
 Place = tuple[str, str]
 """A task's name and unit."""
 
+# So many earlier results of a kind are looked at: among 400 subjects, more would tell nothing new.
+_LOOKED_AT = 20
 # Beyond that a record tells no truth: 30 days, 4 TiB.
 _MOST_S, _MOST_MB = 30 * 86400.0, 4 * 2.0**20
 
@@ -58,6 +62,14 @@ def measured(workdir: Workdir, places: Iterable[Place]) -> dict[Place, Measured]
         except DataError:
             continue
     return found
+
+
+def of_kind(workdir: Workdir, stage: str, *, group: bool) -> list[Record]:
+    """Return records of tasks of a kind, a few, whichever study asked for them."""
+    folders = workdir.cache.root.glob(f"{stage}/*/*")
+    ours = (folder for folder in folders if (entry_of(folder)[1] == GROUP) == group)
+    records = (read_record(folder) for folder in islice(ours, _LOOKED_AT))
+    return [record for record in records if record is not None]
 
 
 def _number(provenance: Mapping[str, Any], name: str, most: float) -> float:

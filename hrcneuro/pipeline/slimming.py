@@ -70,7 +70,6 @@ def slim(workdir: Workdir, items: Iterable[Item], names: Sequence[str], *, dry: 
         entry = (item.stage, item.unit, item.key)
         if item.stage not in names or item.state is not State.HIT:
             continue
-        folder = workdir.cache.folder(*entry)
         files = [Path(path) for name, path in item.artifacts.items() if name.endswith(SUFFIX)]
         size = sum(path.stat().st_size for path in files)
         if not files:
@@ -78,13 +77,23 @@ def slim(workdir: Workdir, items: Iterable[Item], names: Sequence[str], *, dry: 
         if entry in used:
             done.append(Slimmed(entry, size, "another study or a run points at it"))
             continue
-        if not dry:
-            with workdir.cache.lock(*entry), guarded(folder):
-                if not _drop(workdir, folder, entry, files):
-                    done.append(Slimmed(entry, size, "a run points at it"))
-                    continue
+        if not dry and not drop(workdir, entry, files):
+            done.append(Slimmed(entry, size, "a run points at it"))
+            continue
         done.append(Slimmed(entry, size))
     return done
+
+
+def drop(workdir: Workdir, entry: Entry, files: Iterable[Path]) -> bool:
+    """Drop files of an entry, and keep its record; return False, and drop nothing, where another study points at it.
+
+    Raises:
+        DataError: What other studies point at is not known.
+        HrcError: A file cannot be removed.
+    """
+    folder = workdir.cache.folder(*entry)
+    with workdir.cache.lock(*entry), guarded(folder):
+        return _drop(workdir, folder, entry, list(files))
 
 
 def _drop(workdir: Workdir, folder: Path, entry: Entry, files: Iterable[Path]) -> bool:

@@ -37,6 +37,7 @@ class Run:
         verify: bool = False,
         whole: Collection[Task] = (),
         second_cache: str = "",
+        keys: Keys | None = None,
     ) -> None:
         """Prepare a walk.
 
@@ -45,13 +46,14 @@ class Run:
             verify: Hash every file that is taken from the cache.
             whole: Tasks of which all files are wanted, also those that were dropped to save disk.
             second_cache: The URL of a second cache, which is looked into for what the first has not; empty for none.
+            keys: Makes the keys of this configuration; None: its own, which have hashed nothing yet.
         """
         self.settings = settings
         self.workdir = workdir
         self.verify = verify
         self.whole = frozenset(whole)
         self.second_cache = second_cache
-        self.keys = Keys(settings, workdir)
+        self.keys = keys or Keys(settings, workdir)
         self.nodes = {task: Node.of(task, needs) for task, needs in graph.items()}
         self.pictures_only = False
         self.quiet = False

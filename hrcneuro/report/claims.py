@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from hrcneuro.published import Printed
 from hrcneuro.report import facts, measured_arm, measured_brain, measured_decoding, measured_learning, measured_moves
 from hrcneuro.report.parameters import PARAMETERS, SETUP, fill
 from hrcneuro.report.results import Results
-from hrcneuro.report.verdicts import Measured, grounds
+from hrcneuro.report.verdicts import Grounds, Measured, grounds
 from hrcneuro.sources.origin import Origin
 
 _FOREST, _FIG_4 = "decode-group-decoding", "simulate-group-fig4"
@@ -131,15 +132,21 @@ def measure(results: Results) -> dict[str, Measured]:
     return {key: one for module in _MEASURES for key, one in module.measure(results).items()}
 
 
+def judged(results: Results, basis: Grounds) -> Iterator[tuple[Claim, Measured | None, str, str]]:
+    """Yield each finding, what this run has on it, the verdict and its reason."""
+    measured = measure(results)
+    for claim in CLAIMS:
+        ours = measured.get(claim.key)
+        yield claim, ours, *basis.verdict(ours, ran=_ran(results, claim))
+
+
 def rows(results: Results) -> list[PublishedRow]:
     """Return every number that the paper prints, with this run's; nothing for a study of something else."""
     if not is_study(results):
         return []
-    measured, basis = measure(results), grounds(results)
-    lines = []
-    for claim in CLAIMS:
-        ours, about = measured.get(claim.key), claim.printed
-        verdict, why = basis.verdict(ours, ran=_ran(results, claim))
+    basis, lines = grounds(results), []
+    for claim, ours, verdict, why in judged(results, basis):
+        about = claim.printed
         text = ours.text if ours else "-"
         ground = ours.rests_on if ours and basis.origin[ours.rests_on] is Origin.SYNTHETIC else ""
         words = (about.place, about.quantity, about.text, text)

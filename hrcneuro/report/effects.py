@@ -63,6 +63,7 @@ class Shown:
         points: Significant points of the printed sign, where and when it must be.
         starts_s: When the effect begins, at whatever time; NaN where it is nowhere.
         strongest: The greatest significant difference of the printed sign, without the sign, µV; 0 without one.
+        mean: The mean difference, significant or not, where and when the effect must be, µV; NaN of no point.
     """
 
     agrees: bool
@@ -70,6 +71,7 @@ class Shown:
     points: int
     starts_s: float
     strongest: float
+    mean: float
 
 
 def shown(tested: SignificanceMap, effect: Effect) -> Shown:
@@ -96,7 +98,8 @@ def shown(tested: SignificanceMap, effect: Effect) -> Shown:
         text += f", long enough on {channels} of {len(part.channels)} channels"
         if effect.starts_s and begun.any:
             text += f"; from {1000 * begun.first_s:.0f} ms"
-    return Shown(agrees, text, points, begun.first_s, float(largest.max(initial=0.0)))
+    mean = float(part.difference.mean()) if part.difference.size else float("nan")
+    return Shown(agrees, text, points, begun.first_s, float(largest.max(initial=0.0)), mean)
 
 
 def _of_sign(tested: SignificanceMap, sign: int) -> SignificanceMap:

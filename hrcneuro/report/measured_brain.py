@@ -35,6 +35,8 @@ _RHYTHMS = {
 }
 # Two maps or waves share half of their variance from here on.
 _ALIKE = np.sqrt(0.5)
+# Of a mean difference, where and when the effect must be.
+_UV = "µV"
 
 
 def measure(results: Results) -> dict[str, Measured]:
@@ -101,6 +103,8 @@ def _alike(sequential: SignificanceMap, intermittent: SignificanceMap, path: Pat
         "eeg",
         f"each r at least {_ALIKE:.2f}, half of the variance shared",
         planted.sequential and planted.intermittent,
+        value=min(similar.values()),
+        unit="least r",
     )
 
 
@@ -109,7 +113,8 @@ def _locked(potential: SignificanceMap, magnitude: SignificanceMap, planted: Pla
     both = {"ERP": shown(potential, POSITIVITY), "theta": shown(magnitude, THETA_BEFORE)}
     why = "the paper's own argument: the ERP (as in Fig 2C) and the theta (as in Fig 2C) are both there"
     text = "; ".join(f"{name}: {'there' if one.agrees else 'not there as printed'}" for name, one in both.items())
-    return Measured(text, all(one.agrees for one in both.values()), "eeg", why, planted.intermittent)
+    there = all(one.agrees for one in both.values())
+    return Measured(text, there, "eeg", why, planted.intermittent, value=both["theta"].mean, unit=_UV)
 
 
 def _rhythms(ersp: Maps, planted: Planted) -> dict[str, Measured]:
@@ -142,6 +147,8 @@ def _scenarios(sequential: SignificanceMap, intermittent: SignificanceMap, plant
             "eeg",
             "significant alpha falls deeper and begins earlier in sC",
             planted=False,
+            value=alpha[0].mean - alpha[1].mean,
+            unit=_UV,
         ),
         "ersp 3 more": Measured(
             f"{_beside(theta, 'rises')}; {theta[0].points} and {theta[1].points} points",
@@ -149,13 +156,18 @@ def _scenarios(sequential: SignificanceMap, intermittent: SignificanceMap, plant
             "eeg",
             f"more significant points with a larger rise in iC, {_hz(THETA)}, 300 to 700 ms",
             planted.more,
+            value=theta[1].mean - theta[0].mean,
+            unit=_UV,
         ),
     }
 
 
 def _in_both(pair: Sequence[Shown], effect: Effect, *, there: bool) -> Measured:
     text = f"sC: {pair[0].text}; iC: {pair[1].text}"
-    return Measured(text, all(one.agrees for one in pair), "eeg", f"in both {effect.criterion}", there)
+    # The weaker of the two.
+    mean = effect.sign * min(effect.sign * one.mean for one in pair)
+    agrees = all(one.agrees for one in pair)
+    return Measured(text, agrees, "eeg", f"in both {effect.criterion}", there, value=mean, unit=_UV)
 
 
 def _beside(pair: Sequence[Shown], how: str) -> str:
@@ -171,11 +183,13 @@ def _beside(pair: Sequence[Shown], how: str) -> str:
 def _effect(tested: SignificanceMap, effect: Effect, there: bool) -> Measured:
     seen = shown(tested, effect)
     text = seen.text if seen.points or not tested.any else f"{seen.text}; elsewhere: {tested.describe()}"
-    return Measured(text, seen.agrees, "eeg", effect.criterion, there)
+    return Measured(text, seen.agrees, "eeg", effect.criterion, there, value=seen.mean, unit=_UV)
 
 
 def _nothing(tested: SignificanceMap) -> Measured:
-    return Measured(tested.describe(), not tested.any, "eeg", "nothing significant")
+    share = 100 * float(tested.significant.mean()) if tested.significant.size else 0.0
+    text = tested.describe()
+    return Measured(text, not tested.any, "eeg", "nothing significant", value=share, unit="% of the points")
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:

@@ -50,7 +50,14 @@ def _table_2(subjects: list[Mapping[str, Any]], there: Planted) -> dict[str, Mea
             # Without an effect this row tells the ways of balancing apart, and one was chosen that gives it.
             reading = _BALANCE if key == ("sC", "HHvsHR") else ""
             measured[f"{_cell(key)} {name}"] = Measured(
-                f"{spread(ours)} %", agrees, "eeg", why, _decodable(key, there), reading
+                f"{spread(ours)} %",
+                agrees,
+                "eeg",
+                why,
+                _decodable(key, there),
+                reading,
+                value=float(ours.mean()),
+                unit="%",
             )
     return measured
 
@@ -69,7 +76,13 @@ def _above(group: Mapping[str, Any], there: Planted) -> dict[str, Measured]:
                 wanted = "p <" if said.value else "p at least"
                 why = f"{wanted} {_LEVEL:g}, sign flips of each subject's rate less the same subject's chance level"
                 measured[f"{_cell(key)} {rate} above"] = Measured(
-                    text, (p < _LEVEL) == said.value, "eeg", why, _decodable(key, there) or not said.value
+                    text,
+                    (p < _LEVEL) == said.value,
+                    "eeg",
+                    why,
+                    _decodable(key, there) or not said.value,
+                    value=mean - level,
+                    unit="points above chance",
                 )
     return measured
 
@@ -83,7 +96,8 @@ def _chance(subjects: list[Mapping[str, Any]], results: Results) -> dict[str, Me
     margin = 0.05 if results.same_logs else 0.5
     why = f"within {margin:g} of the printed level; it follows from the trial counts alone"
     agrees = abs(level - published.CHANCE.value) <= margin
-    return {"chance": Measured(f"{level:.2f} %", agrees, "behaviour", why, reading=_CHANCE_FORMULA)}
+    text = f"{level:.2f} %"
+    return {"chance": Measured(text, agrees, "behaviour", why, reading=_CHANCE_FORMULA, value=level, unit="%")}
 
 
 def _guess_agrees(mean: float, sd: float, n: int) -> bool:

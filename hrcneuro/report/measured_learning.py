@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -67,7 +68,9 @@ def _first(curves: pd.DataFrame) -> dict[str, Measured]:
                 f"with {n:g} repetitions the figure is known to ± {100 * error:.1f} points, and readings of the paper "
                 f"lie one apart; simulate.repetitions = {needed} would tell"
             )
-        measured[f"sim {episode}"] = Measured(text, agrees, "model", why, reading=_FIRST_EVENT)
+        measured[f"sim {episode}"] = Measured(
+            text, agrees, "model", why, reading=_FIRST_EVENT, value=100 * mean, unit="%"
+        )
     return measured
 
 
@@ -89,7 +92,7 @@ def _minutes() -> dict[str, Measured]:
         fits = (
             "the printed minutes, which 1 s a trial would give" if low <= minutes[1] <= high else "the printed minutes"
         )
-        measured[f"minutes {episodes}"] = Measured(text, agrees, "arithmetic", fits)
+        measured[f"minutes {episodes}"] = Measured(text, agrees, "arithmetic", fits, value=minutes[2], unit="min")
     return measured
 
 
@@ -108,7 +111,7 @@ def _second(curves: pd.DataFrame) -> dict[str, Measured]:
         mean, error = float(last["mean"].iloc[0]), float(last["sd"].iloc[0] / np.sqrt(last["n"].iloc[0]))
         text = f"{100 * mean:.1f} ± {200 * error:.1f} % at the end"
         agrees, why = abs(mean - 0.5) <= 3 * error, "within three standard errors of 50 %"
-        measured["sim2 50"] = Measured(text, agrees, "model", why)
+        measured["sim2 50"] = Measured(text, agrees, "model", why, value=100 * mean, unit="%")
     return measured
 
 
@@ -129,7 +132,7 @@ def _third(results: Results) -> dict[str, Measured]:
     why = f"less than {100 * _NOTABLE:g} points lost, the 95 % band included"
     if agrees is None:
         why = f"the loss's 95 % band holds less and more than {100 * _NOTABLE:g} points: too few repetitions to tell"
-    return {"sim3": Measured(text, agrees, "model", why)}
+    return {"sim3": Measured(text, agrees, "model", why, value=100 * float(last["loss"]), unit="points lost")}
 
 
 def _fourth(curves: pd.DataFrame) -> dict[str, Measured]:
@@ -165,7 +168,9 @@ def _balance(late: _Point) -> dict[str, Measured]:
     agrees = False if False in verdicts else None if None in verdicts else True
     how = "no more than" if agrees is not None else "too few repetitions to tell whether it is more than"
     why = f"{how} {100 * _NOTABLE:g} points from 5 of 10, Monte-Carlo error included: {shown}, empirical decoder"
-    return {"sim4 balance": Measured(f"{text} at episode {_LATE}", agrees, "model", why)}
+    farthest = 100 * max((d for d, _ in steps), key=abs)
+    said = f"{text} at episode {_LATE}"
+    return {"sim4 balance": Measured(said, agrees, "model", why, value=farthest, unit="points")}
 
 
 class _Point:
@@ -195,10 +200,13 @@ def _compared(one: tuple[float, float] | None, other: tuple[float, float] | None
 def _verdict(text: str, steps: Sequence[tuple[float, float]], why: str) -> Measured:
     """Return agreement where every difference exceeds its error; none can be told where one stays within it."""
     shown = ", ".join(f"{100 * d:.1f} ± {100 * margin:.1f}" for d, margin in steps)
+    least: dict[str, Any] = {"value": 100 * min(d for d, _ in steps), "unit": "points"}
     if any(d < -margin for d, margin in steps):
         agrees: bool | None = False
     else:
         agrees = True if all(d > margin for d, margin in steps) else None
     if agrees is None:
-        return Measured(text, None, "model", f"the difference, {shown} points, is within twice its Monte-Carlo error")
-    return Measured(text, agrees, "model", f"{why}, by more than twice the Monte-Carlo error: {shown} points")
+        open_ = f"the difference, {shown} points, is within twice its Monte-Carlo error"
+        return Measured(text, None, "model", open_, **least)
+    told = f"{why}, by more than twice the Monte-Carlo error: {shown} points"
+    return Measured(text, agrees, "model", told, **least)

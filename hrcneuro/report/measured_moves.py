@@ -46,6 +46,8 @@ def _moves(trials: Mapping[str, pd.DataFrame]) -> dict[str, Measured]:
         bool(abs(walked.mean() - mean) <= margin),
         "behaviour",
         f"within {margin:.2f} of the printed mean",
+        value=float(walked.mean()),
+        unit="steps",
     )
     moves = pd.concat(list(trials.values()))
     return {"steps": distance, **_durations(moves), **_mistakes(moves)}
@@ -60,7 +62,9 @@ def _mistakes(moves: pd.DataFrame) -> dict[str, Measured]:
     text = ", ".join(f"{name} {value:.0f} %" for name, value in share.items())
     agrees = all(0 < value < 100 for value in share.values())
     why = "each happens, none always"
-    return {"mistakes": Measured(f"of {len(after)} mistakes: {text}", agrees, "behaviour", why)}
+    value, unit = next(iter(share.values())), "% followed by a takeover"
+    said = f"of {len(after)} mistakes: {text}"
+    return {"mistakes": Measured(said, agrees, "behaviour", why, value=value, unit=unit)}
 
 
 def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
@@ -72,12 +76,14 @@ def _durations(moves: pd.DataFrame) -> dict[str, Measured]:
             alike = abs(soa.std(ddof=1) - sd) <= _SD_SHARE * sd if len(soa) > 1 else False
             agrees = abs(soa.mean() - mean) <= _TRIAL_MARGIN_MS and alike
             why = f"within {_TRIAL_MARGIN_MS:g} ms of the printed mean and {100 * _SD_SHARE:g} % of the printed SD"
-            measured[f"soa {scenario}"] = Measured(f"{spread(soa, 1)} ms", bool(agrees), "eeg", why)
+            text, value = f"{spread(soa, 1)} ms", float(soa.mean())
+            measured[f"soa {scenario}"] = Measured(text, bool(agrees), "eeg", why, value=value, unit="ms")
     whole = moves["soa_s"].dropna().to_numpy(float)
     if len(whole):
         agrees = 1.5 <= whole.mean() < 2.5
         why = "a mean that rounds to 2 s; 2.3.1 prints less than one"
-        measured["soa 2 s"] = Measured(f"{spread(whole, 2)} s", bool(agrees), "eeg", why)
+        text, value = f"{spread(whole, 2)} s", float(whole.mean())
+        measured["soa 2 s"] = Measured(text, bool(agrees), "eeg", why, value=value, unit="s")
     return measured
 
 
@@ -101,7 +107,10 @@ def _counts(tables: Mapping[str, pd.DataFrame], *, exact: bool) -> dict[str, Mea
             tests = [near(k, mean, sd) for k in kept.values()]
             agrees, why = all(ok for ok, _ in tests), tests[0][1]
         text = "; ".join(spread(k, 1) for k in kept.values())
-        measured[f"trials {case}"] = Measured(text, agrees, "behaviour", why, reading=_PAIRS)
+        value = float(np.mean([k.mean() for k in kept.values()]))
+        measured[f"trials {case}"] = Measured(
+            text, agrees, "behaviour", why, reading=_PAIRS, value=value, unit="trials a subject"
+        )
     return {**measured, **_halves(pd.concat(list(tables.values())))}
 
 
@@ -118,7 +127,8 @@ def _halves(counts: pd.DataFrame) -> dict[str, Measured]:
     text = ", ".join(f"{case} {share[case]:.0f} %" for case in cases) + f"; all together {together:.0f} %"
     low, high = _HALF
     agrees = bool(share[cases].between(low, high).all())
-    return {"half": Measured(text, agrees, "behaviour", f"each condition between {low:g} and {high:g} %")}
+    why = f"each condition between {low:g} and {high:g} %"
+    return {"half": Measured(text, agrees, "behaviour", why, value=together, unit="% in sC")}
 
 
 def _channels(results: Results) -> dict[str, Measured]:
@@ -128,8 +138,9 @@ def _channels(results: Results) -> dict[str, Measured]:
     if replaced:
         fewest, most = published.REPLACED_CHANNELS.value
         agrees = fewest <= min(replaced) and max(replaced) <= most
+        text, mean = f"{min(replaced)} to {max(replaced)}", float(np.mean(replaced))
         measured["replaced"] = Measured(
-            f"{min(replaced)} to {max(replaced)}", agrees, "eeg", "within the printed range"
+            text, agrees, "eeg", "within the printed range", value=mean, unit="channels a subject"
         )
     units = results.units("epoch")
     summaries = {u: results.summary("epoch", u) for u in units}
@@ -137,12 +148,14 @@ def _channels(results: Results) -> dict[str, Measured]:
         return measured
     outliers = [u for u in units if summaries[u].get("outlier")]
     text = f"{len(outliers)} ({', '.join(outliers)})" if outliers else "0"
-    measured["outlier"] = Measured(text, outliers == [*published.OUTLIERS.value], "eeg", "s07 alone")
+    alone, value = outliers == [*published.OUTLIERS.value], float(len(outliers))
+    measured["outlier"] = Measured(text, alone, "eeg", "s07 alone", value=value, unit="subjects")
     # The paper excludes for the amplitude alone; an epoch cut by a boundary, say, is another matter.
     reasons = [summaries[u].get("reasons", {}) for u in units if u in results.settings.included]
     lost = sum(int(why.get("amplitude", 0)) for why in reasons)
     others = sum(sum(why.values()) for why in reasons) - lost
     text = f"{lost} ({others} for other reasons)" if others else str(lost)
     agrees = lost == published.REJECTED_EPOCHS.value
-    measured["rejected"] = Measured(text, agrees, "eeg", "none for its amplitude")
+    why = "none for its amplitude"
+    measured["rejected"] = Measured(text, agrees, "eeg", why, value=float(lost), unit="epochs")
     return measured

@@ -39,6 +39,8 @@ class Measured:
         why: The criterion or the reason, in a few words.
         planted: False where a simulated recording has no such effect in it, so that it cannot tell.
         reading: What of the paper was read so as to give the printed figure; empty where nothing was.
+        value: One number of the figure, by which analyses are compared; None where it has none.
+        unit: Of that number.
     """
 
     text: str
@@ -47,6 +49,8 @@ class Measured:
     why: str = ""
     planted: bool = True
     reading: str = ""
+    value: float | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)

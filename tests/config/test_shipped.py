@@ -16,10 +16,11 @@ from hrcneuro.config.pipelinefile import read_pipeline
 from hrcneuro.errors import ConfigError
 
 ROOT = Path(__file__).parents[2]
+KINDS = (shipped.CONFIGURATIONS, shipped.PIPELINES, shipped.MULTIVERSES)
 
 
 def test_the_names_are_those_of_the_files_in_the_clone():
-    for kind in (shipped.CONFIGURATIONS, shipped.PIPELINES):
+    for kind in KINDS:
         assert shipped.names(kind) == sorted(path.stem for path in (ROOT / kind).glob("*.toml"))
         assert "smoke" in shipped.names(kind)
 
@@ -51,7 +52,7 @@ def test_a_name_that_nothing_has_is_refused_with_the_nearest():
 def test_they_are_among_the_files_that_are_installed():
     patterns = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]["hrcneuro"]
     installed = {path for one in patterns for path in glob.glob(one, root_dir=ROOT / "hrcneuro", recursive=True)}
-    for kind in (shipped.CONFIGURATIONS, shipped.PIPELINES):
+    for kind in KINDS:
         assert {f"config/shipped/{kind}/{name}.toml" for name in shipped.names(kind)} <= installed
 
 

@@ -13,7 +13,7 @@ COMMANDS = [
         ["robot"],
         ["calibrate"],
     ),
-    *(["run"], ["status"], ["show"], ["path"], ["report"], ["doctor"], ["init"], ["export"]),
+    *(["run"], ["status"], ["show"], ["path"], ["report"], ["multiverse"], ["doctor"], ["init"], ["export"]),
     *(
         ["cache", "ls"],
         ["cache", "verify"],

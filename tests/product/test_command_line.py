@@ -67,7 +67,8 @@ def test_each_help_ends_with_two_examples_that_run(hrcneuro, smoke, tmp_path, wo
         if words == ["ur10", "serve"]:
             # It ends with its standard input, which is closed here; the address is one that no other test uses.
             given += ["--until-stdin-closes", "--address", f"127.{1 + os.getpid() % 250}.0.2"]
-        if words in (["cache", "gc"], ["cache", "slim"]) and "--dry-run" not in arguments:
+        # A whole multiverse is run in test_multiverse.py.
+        if words in (["cache", "gc"], ["cache", "slim"], ["multiverse"]) and "--dry-run" not in arguments:
             given.append("--dry-run")
         if "--workdir" not in arguments:
             given += ["--workdir", str(work)]

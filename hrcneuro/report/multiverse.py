@@ -1,0 +1,159 @@
+"""What the universes of a multiverse have to say on each printed finding, and what moves it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from hrcneuro.analyses import multiverse as many
+from hrcneuro.cache import fingerprint
+from hrcneuro.cache.disk import read_json
+from hrcneuro.report import shelf
+from hrcneuro.report.claims import CLAIMS, judged
+from hrcneuro.report.results import Results
+from hrcneuro.report.verdicts import grounds
+
+CURVES = ("iC RRvsRH acc", "erp iC", "ersp C alpha")
+"""Findings that have a specification curve where none is named."""
+FINDINGS = {claim.key: claim for claim in CLAIMS}
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A universe that came to an end.
+
+    Attributes:
+        number: 0 is the study's own.
+        chain: Number of its preprocessing chain.
+        chosen: Choice -> name of the value that was taken.
+        rows: A finding each, as :func:`judge` returns them.
+    """
+
+    number: int
+    chain: int
+    chosen: Mapping[str, str]
+    rows: Sequence[Row]
+
+
+def judge(settings: Any, items: Sequence[Any]) -> list[Row]:
+    """Return what a universe has to say: a row for each finding that it has something on."""
+    results = Results(settings, items)
+    words = {True: many.FITS, False: many.DIFFERS, None: many.OPEN}
+    return [
+        {
+            "finding": claim.key,
+            "ours": ours.text,
+            "value": None if ours.value is None or not np.isfinite(ours.value) else float(ours.value),
+            "unit": ours.unit,
+            "fits": words[None if ours.agrees is None else bool(ours.agrees)],
+            "verdict": verdict,
+            "why": why,
+        }
+        for claim, ours, verdict, why in judged(results, grounds(results))
+        if ours is not None
+    ]
+
+
+def read_judged(path: Path) -> list[Row] | None:
+    """Return the rows that were kept of a universe; None where there are none, or none that this version can take."""
+    try:
+        rows = read_json(path)
+    except (OSError, ValueError):
+        return None
+    keys = {"finding", "ours", "value", "unit", "fits", "verdict", "why"}
+    sound = isinstance(rows, list) and all(isinstance(one, dict) and set(one) == keys for one in rows)
+    return rows if sound and rows and all(one["finding"] in FINDINGS for one in rows) else None
+
+
+def keep_judged(path: Path, rows: Sequence[Row]) -> None:
+    """Keep the rows of a universe, so that nobody ever sees half of them."""
+    shelf.write(path, json.dumps(list(rows), indent=1))
+
+
+def code(memo: fingerprint.Memo) -> str:
+    """Return a digest of the code that judges."""
+    return fingerprint.digest(fingerprint.code("hrcneuro.report.claims", Path(__file__).parents[1], memo))
+
+
+def verdicts(every: Sequence[Judged], own: Mapping[str, str]) -> pd.DataFrame:
+    """Return one row a universe and finding, as ``tables.multiverse.VERDICTS`` declares them, in the paper's order.
+
+    ``own`` are the study's own values of the choices.
+    """
+    rows = []
+    for one in every:
+        words = many.in_words(many.differing(one.chosen, own).items())
+        about = {"universe": one.number, "chain": one.chain, "choices": words}
+        rows += [{**about, **_printed(row["finding"]), **row} for row in one.rows]
+    frame = pd.DataFrame(rows)
+    frame["value"] = frame["value"].astype(float)
+    rank = {key: place for place, key in enumerate(FINDINGS)}
+    return frame.assign(rank=frame["finding"].map(rank)).sort_values(["rank", "universe"]).drop(columns="rank")
+
+
+def summary(told: pd.DataFrame, every: Sequence[Judged]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return what holds in how many universes, and how much each choice moves each finding."""
+    places = {one.number: place for place, one in enumerate(every)}
+    moved = many.influence(told.assign(universe=told["universe"].map(places)), [one.chosen for one in every])
+    held = many.held(told, moved)
+    units = told.groupby("finding", sort=False)["unit"].first()
+    about = pd.DataFrame([_printed(key) for key in held["finding"]])
+    held = pd.concat([about, held.drop(columns="finding")], axis=1)
+    held["unit"] = held["finding"].map(units)
+    held["choice"] = held["choice"].where(held["choice"] != "", None)
+    return held, moved
+
+
+def _printed(finding: str) -> Row:
+    about = FINDINGS[finding].printed
+    return {"finding": finding, "place": about.place, "quantity": about.quantity, "published": about.text}
+
+
+def lines(held: pd.DataFrame) -> list[str]:
+    """Return a line a finding that not all universes tell alike, then how many do."""
+    turned = held[(held["fits"] > 0) & (held["differs"] > 0)]
+    found = []
+    for row in records(turned):
+        own = f"the study's own {row['study']}" if row["study"] else "the study's own is not there"
+        found.append(f"{row['quantity']}: fits in {fits_in(row)}; {own}; moved most by {moved_by(row)}")
+    words = {"fits": "fit", "differs": "differ"}
+    for name, other in (("fits", "differs"), ("differs", "fits")):
+        number = int(((held[name] > 0) & (held[other] == 0)).sum())
+        found.append(f"{number} findings {words[name]} in every universe that can tell")
+    return [*found, f"{int((held['fits'] + held['differs'] == 0).sum())} no universe can tell"]
+
+
+def records(frame: pd.DataFrame) -> list[Row]:
+    """Return the rows of a table by the names of its columns."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def fits_in(row: Mapping[str, Any]) -> str:
+    """Return ``12 of 60 (20 %)``."""
+    told = row["fits"] + row["differs"]
+    return f"{row['fits']} of {told} ({100 * row['share']:.0f} %)" if told else "none can tell"
+
+
+def moved_by(row: Mapping[str, Any]) -> str:
+    """Return the choice that moves a finding most, and how; a dash where none does."""
+    if not isinstance(row["choice"], str):
+        return "-"
+    turns = f"turns it in {100 * row['flips']:.0f} % of pairs" if row["flips"] > 0 else "turns it in no pair"
+    far = f"; values {row['moved']:.2g} {row['unit']} apart" if np.isfinite(row["moved"]) and row["moved"] else ""
+    return f"{row['choice']} ({turns}{far})"
+
+
+def span(row: Mapping[str, Any]) -> str:
+    """Return ``50.9 to 54.7 %``, or the one value that all universes have; a dash where there is none."""
+    low, high = (f"{row[name]:.3g}" for name in ("low", "high"))
+    if not np.isfinite(row["low"]):
+        return "-"
+    return f"{low} {row['unit']}" if low == high else f"{low} to {high} {row['unit']}"
