@@ -8,6 +8,7 @@ from typing import Any
 from hrcneuro.answers.words import UNKNOWN, cells, counted, indented, listed, number, p_value
 
 Summary = Mapping[str, Any]
+_LEVEL = 0.05
 _ORDER = ("own", "pooled", "recentred, none", "recentred, all", "joint")
 
 
@@ -40,8 +41,11 @@ def _said(one: Summary) -> str:
     text = f"{mean} after {number(one['minutes'])} min, n = {one['n']}, {p_value(one['p_holm'])}"
     if "difference_to_own" not in one:
         return text
-    worth = one["worth_minutes"]
-    reached = "own never reaches it" if worth is None else f"own reaches it after {number(worth)} min"
     difference = number(one["difference_to_own"])
     sign = "" if difference.startswith("−") or difference == UNKNOWN else "+"
-    return f"{text}; {sign}{difference}, {p_value(one['p_holm_to_own'])}; {reached}"
+    text = f"{text}; {sign}{difference}, {p_value(one['p_holm_to_own'])}"
+    # Where a way is not surely above chance, the minutes after which noise reaches it say nothing.
+    if one["p_holm"] is None or one["p_holm"] >= _LEVEL:
+        return text
+    worth = one["worth_minutes"]
+    return f"{text}; " + ("own never reaches it" if worth is None else f"own reaches it after {number(worth)} min")
