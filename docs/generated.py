@@ -95,6 +95,14 @@ TABLES = {
         "group/rerp_parts.parquet": "hrcneuro.tables.rerp:RERP_PARTS",
         "group/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
     },
+    "transfer": {
+        "sNN/trials.parquet": "hrcneuro.tables.transfer:TRIALS",
+        "sNN/channels.parquet": "hrcneuro.tables.contrasts:CHANNELS",
+        "group/scores.parquet": "hrcneuro.tables.transfer:SCORES",
+        "group/curves.parquet": "hrcneuro.tables.transfer:CURVES",
+        "group/tests.parquet": "hrcneuro.tables.transfer:TESTS",
+        "group/compared.parquet": "hrcneuro.tables.transfer:COMPARED",
+    },
     "robot": {
         "sNN/moves.parquet": "hrcneuro.tables.robot:MOVES",
         "sNN/telemetry.parquet": "hrcneuro.tables.robot:TELEMETRY",

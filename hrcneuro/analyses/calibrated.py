@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import pandas as pd
@@ -13,10 +13,10 @@ import pandas as pd
 from hrcneuro.analyses import electrodes
 from hrcneuro.decoding import offline
 from hrcneuro.decoding.crossval import distinct
-from hrcneuro.decoding.frozen import FrozenDecoder
+from hrcneuro.decoding.frozen import FrozenDecoder, windows
 from hrcneuro.eeg import breaks
-from hrcneuro.eeg.causal import State
-from hrcneuro.eeg.spatial import Channels
+from hrcneuro.eeg.causal import State, design
+from hrcneuro.eeg.spatial import Channels, cleaning_matrix
 from hrcneuro.errors import DataError
 from hrcneuro.paradigm.design import CUES
 from hrcneuro.tables.quality import weights
@@ -26,6 +26,30 @@ if TYPE_CHECKING:
 
 _PIECE = 10_000  # samples that are read at a time
 _REASONS = {State.BROKEN: "boundary", State.GONE: "outside", State.COMING: "outside"}
+
+
+class CausalOptions(Protocol):
+    """How a recording is seen as a stream is: options of the stages that do so."""
+
+    @property
+    def l_freq(self) -> float:
+        """High-pass of the causal filter, Hz."""
+
+    @property
+    def h_freq(self) -> float:
+        """Its low-pass, Hz."""
+
+    @property
+    def interpolation(self) -> str:
+        """Splines for bad channels."""
+
+    @property
+    def reference(self) -> str:
+        """``average`` or ``none``."""
+
+    @property
+    def reject_uv(self) -> float:
+        """The largest deviation of an epoch that is none of an artefact, µV."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +107,32 @@ def channels(raw: mne.io.BaseRaw, quality: pd.DataFrame, splines: str) -> Channe
         bad=quality["reason"].notna().to_numpy(),
         interpolated=interpolated,
         dropped=quality["rms_after_uv"].isna().to_numpy(),
+    )
+
+
+def bare(options: CausalOptions, raw: mne.io.BaseRaw, channels: Channels) -> FrozenDecoder:
+    """Return a decoder that has filter, matrix and windows, and no problem yet.
+
+    Args:
+        options: Filter, splines, reference and limit.
+        raw: The recording, whose rate it takes.
+        channels: Of :func:`channels`.
+
+    Raises:
+        BandError, EmptyWindowError: The recording is too slow for the filter, or for the windows.
+        NoPositionError, LoneChannelError: Its channels cannot be interpolated, or have no average.
+    """
+    sfreq = float(raw.info["sfreq"])
+    return FrozenDecoder(
+        channels=tuple(channels.names),
+        sfreq=sfreq,
+        band_hz=(options.l_freq, options.h_freq),
+        filter=design(sfreq, options.l_freq, options.h_freq),
+        matrix=cleaning_matrix(channels, splines=options.interpolation, average=options.reference == "average"),
+        kept=channels.kept,
+        windows=windows(sfreq),
+        reject_uv=options.reject_uv,
+        problems={},
     )
 
 

@@ -44,6 +44,31 @@ def matching(table: pd.DataFrame, conditions: Mapping[str, str]) -> dict[str, ND
         ) from error
 
 
+def classes(
+    table: pd.DataFrame, conditions: Mapping[str, str], problems: Mapping[str, tuple[str, ...]]
+) -> dict[str, NDArray[np.bool_]]:
+    """Return condition -> which trials belong to it, for the conditions that decoding problems use.
+
+    Args:
+        table: The trial table.
+        conditions: Name -> query.
+        problems: Name -> [class 1, class 2].
+
+    Raises:
+        ConfigError: As :func:`matching` says, or trials belong to both classes of a problem.
+    """
+    used = {name for pair in problems.values() for name in pair}
+    rows = matching(table, {name: query for name, query in conditions.items() if name in used})
+    for problem, pair in problems.items():
+        both = int((rows[pair[0]] & rows[pair[1]]).sum())
+        if both:
+            raise ConfigError(
+                f"problem {problem}: {both} trials belong to both {pair[0]} and {pair[1]}",
+                cure="make the two conditions exclude each other",
+            )
+    return rows
+
+
 def absent(
     table: pd.DataFrame, conditions: Mapping[str, str], members: Mapping[str, NDArray[np.bool_]]
 ) -> dict[str, str]:

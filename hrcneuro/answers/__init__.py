@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, regression, robots, words
+from hrcneuro.answers import brain, calibrations, decoding, evidences, recordings, regression, robots, transfers, words
 from hrcneuro.contract import EVIDENCE, GROUP, SWEEP
 
 Summary = Mapping[str, Any]
@@ -20,10 +20,11 @@ _SUBJECT: Mapping[str, Callable[[Summary], list[str]]] = {
     "preprocess": recordings.preprocess,
     "epoch": recordings.epoch,
     "decode": decoding.subject,
+    "transfer": transfers.subject,
     "robot": robots.robot,
     "calibrate": calibrations.subject,
 }
-_GROUP: Mapping[str, Callable[[Summary], list[str]]] = {"decode": decoding.group}
+_GROUP: Mapping[str, Callable[[Summary], list[str]]] = {"decode": decoding.group, "transfer": transfers.group}
 # Long tables: stage, whether of the group.
 _LONG: Mapping[tuple[str, bool], Callable[[Summary, bool], list[str]]] = {
     **{(stage, False): brain.subject for stage in ("erp", "ersp")},

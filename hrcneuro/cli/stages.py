@@ -1,4 +1,4 @@
-"""The stages that need no options of their own: preprocess, epoch, erp, ersp, rerp, decode, calibrate."""
+"""The stages that need no options of their own: preprocess, epoch, erp, ersp, rerp, decode, transfer, calibrate."""
 
 from __future__ import annotations
 
@@ -64,6 +64,12 @@ _plain_stage(
 )
 _plain_stage(
     "decode", "Decode single trials and compare with chance.", "decode s01", "decode --set decode.repeats=1 --dry-run"
+)
+_plain_stage(
+    "transfer",
+    "Decode people whom no decoder has seen, and tell what calibration adds.",
+    "transfer",
+    'transfer --set \'transfer.ways=["own", "pooled"]\' --dry-run',
 )
 _plain_stage(
     "calibrate",

@@ -32,7 +32,7 @@ class StudyOptions:
     split: str = option("scenario", "trial column that splits every analysis; empty for none")
     stages: tuple[str, ...] = option(
         (),
-        "what the study consists of; none named: every stage that its data allow, but rerp and calibrate",
+        "what the study consists of; none named: every stage that its data allow, but rerp, transfer and calibrate",
         choices=stages.NAMES,
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 
@@ -30,3 +32,40 @@ def discriminant(rows: np.ndarray, labels: np.ndarray, *, shrinkage: float) -> t
     mean1, mean2 = first.mean(axis=0), second.mean(axis=0)
     weights = np.linalg.solve(spread, mean2 - mean1)
     return weights, -0.5 * float(weights @ (mean1 + mean2))
+
+
+@dataclass(frozen=True)
+class Moments:
+    """What the trials of a class tell a discriminant, so that more trials can be added without the first ones.
+
+    Attributes:
+        n: How many trials.
+        mean: ndarray, shape (n_features,).
+        scatter: ndarray, shape (n_features, n_features): sum of squares and products about the mean.
+    """
+
+    n: int
+    mean: np.ndarray
+    scatter: np.ndarray
+
+    @classmethod
+    def of(cls, rows: np.ndarray) -> Moments:
+        """Return the moments of trials, ndarray, shape (n_trials, n_features); at least one."""
+        mean = rows.mean(axis=0)
+        rest = rows - mean
+        return cls(len(rows), mean, rest.T @ rest)
+
+    def joined(self, other: Moments) -> Moments:
+        """Return the moments of both together (Chan et al. 1983, Am. Stat. 37:242)."""
+        n, gap = self.n + other.n, other.mean - self.mean
+        between = (self.n * other.n / n) * np.outer(gap, gap)
+        return Moments(n, self.mean + gap * (other.n / n), self.scatter + other.scatter + between)
+
+
+def discriminant_of(first: Moments, second: Moments, *, shrinkage: float) -> tuple[np.ndarray, float]:
+    """Return what :func:`discriminant` does, of the classes' moments; at least two trials a class."""
+    covariances = first.scatter / (first.n - 1) + second.scatter / (second.n - 1)
+    spread = (1 - shrinkage) * covariances
+    spread.flat[:: len(spread) + 1] += 2 * shrinkage
+    weights = np.linalg.solve(spread, second.mean - first.mean)
+    return weights, -0.5 * float(weights @ (first.mean + second.mean))

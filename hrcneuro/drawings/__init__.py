@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Drawings
 
-STAGES = ("preprocess", "epoch", "erp", "ersp", "rerp", "decode", "simulate", "robot", "calibrate")
+STAGES = ("preprocess", "epoch", "erp", "ersp", "rerp", "decode", "transfer", "simulate", "robot", "calibrate")
 JOINT = ("quality", "cases", "confound", "moves")
 NAMES = STAGES + JOINT
 

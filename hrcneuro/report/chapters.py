@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hrcneuro.contract import GROUP
-from hrcneuro.report import regression
+from hrcneuro.report import regression, transfer
 from hrcneuro.report import subjects as of_subjects
 from hrcneuro.report.markup import Cell, NotedCell, PageTable, render
 from hrcneuro.report.measured_decoding import guessing
@@ -293,6 +293,7 @@ _VALUES: dict[str, Callable[[Results], Values]] = {
     "ersp": _rhythms,
     "rerp": regression.values,
     "decode": _decoding,
+    "transfer": transfer.values,
     "simulate": _milestones,
     "robot": _arms,
     "calibrate": _calibrations,

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hrcneuro.contract import Stage
 
-NAMES = ("acquire", "preprocess", "epoch", "erp", "ersp", "rerp", "decode", "simulate", "robot", "calibrate")
+NAMES = (
+    "acquire",
+    "preprocess",
+    "epoch",
+    "erp",
+    "ersp",
+    "rerp",
+    "decode",
+    "transfer",
+    "simulate",
+    "robot",
+    "calibrate",
+)
 
 
 def load(name: str) -> Stage:

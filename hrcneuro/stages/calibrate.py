@@ -19,14 +19,12 @@ from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
 from hrcneuro.paradigm.design import CONDITIONS, CUES, PROBLEMS
 
 if TYPE_CHECKING:
-    import mne
     import numpy as np
     import pandas as pd
 
     from hrcneuro.analyses.calibrated import Seen
     from hrcneuro.analyses.calibration_rows import Rows
-    from hrcneuro.decoding.frozen import FrozenDecoder, FrozenProblem
-    from hrcneuro.eeg.spatial import Channels
+    from hrcneuro.decoding.frozen import FrozenProblem
 
 _CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
@@ -119,7 +117,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     trials = _wanted(config, read_table(inputs.path("acquire", "trials.parquet")))
     rows = Rows(config.min_stratum, config.matched)
     with cured(_CURES):
-        decoder = _bare(config, raw, calibrated.channels(raw, quality, config.interpolation))
+        decoder = calibrated.bare(config, raw, calibrated.channels(raw, quality, config.interpolation))
         seen = calibrated.see(raw, decoder, trials)
         decoder = replace(decoder, problems=_learned(config, inputs.unit, seen, rows))
     for file, (schema, frame) in rows.tables(decoder, seen).items():
@@ -166,26 +164,6 @@ def _wanted(config: Config, trials: pd.DataFrame) -> pd.DataFrame:
             cure="name others (calibrate.blocks, calibrate.scenarios), or other [problems]",
         )
     return chosen
-
-
-def _bare(config: Config, raw: mne.io.BaseRaw, channels: Channels) -> FrozenDecoder:
-    """Return a decoder that has filter, matrix and windows, and no problem yet."""
-    from hrcneuro.decoding.frozen import FrozenDecoder, windows
-    from hrcneuro.eeg.causal import design
-    from hrcneuro.eeg.spatial import cleaning_matrix
-
-    sfreq = float(raw.info["sfreq"])
-    return FrozenDecoder(
-        channels=tuple(channels.names),
-        sfreq=sfreq,
-        band_hz=(config.l_freq, config.h_freq),
-        filter=design(sfreq, config.l_freq, config.h_freq),
-        matrix=cleaning_matrix(channels, splines=config.interpolation, average=config.reference == "average"),
-        kept=channels.kept,
-        windows=windows(sfreq),
-        reject_uv=config.reject_uv,
-        problems={},
-    )
 
 
 def _learned(config: Config, unit: str, seen: Seen, rows: Rows) -> dict[str, FrozenProblem]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro.analyses import conditions as configured
+from hrcneuro.analyses import event_times
 from hrcneuro.contract import Inputs, Of, Read, Stage, Work, option
 from hrcneuro.decoding.recipes import BUILTIN, Recipe, misfits
 from hrcneuro.decoding.refusals import (
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from hrcneuro.decoding.problem import LabelledTrials
-    from hrcneuro.eeg.selection import LabelledEpochs
 
 _CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
@@ -176,7 +176,7 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
 
     epochs = read_trials(inputs)
     table = epochs.table
-    members, onsets_s = _members(config, table), _onsets(epochs)
+    members, onsets_s = configured.classes(table, config.conditions, config.problems), event_times.marked_s(epochs)
     absent = configured.absent(table, config.conditions, members)
     rows_of = SubjectRows(config.decoders[0])
     rows_of.warnings += [f"no trial is of {text}" for text in absent.values()]
@@ -235,20 +235,6 @@ def run_group(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     return decode_group.summary(scores, tables["group_tests.parquet"][1], config.decoders[0])
 
 
-def _members(config: Config, table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Return condition -> which rows belong to it, for the conditions that problems use."""
-    used = {name for classes in config.problems.values() for name in classes}
-    rows = configured.matching(table, {name: query for name, query in config.conditions.items() if name in used})
-    for problem, classes in config.problems.items():
-        both = int((rows[classes[0]] & rows[classes[1]]).sum())
-        if both:
-            raise ConfigError(
-                f"problem {problem}: {both} trials belong to both {classes[0]} and {classes[1]}",
-                cure="make the two conditions exclude each other",
-            )
-    return rows
-
-
 def _twins(problem: str, classes: tuple[str, str], second: np.ndarray, own: np.ndarray) -> str:
     """Return a sentence on the trials that are left out, since they are events of other trials."""
     from hrcneuro.decoding.crossval import ONE_EVENT_S
@@ -258,14 +244,6 @@ def _twins(problem: str, classes: tuple[str, str], second: np.ndarray, own: np.n
         f"{problem}: {counts[0]} trials of {classes[0]} and {counts[1]} of {classes[1]} are left out: they begin less "
         f"than {ONE_EVENT_S:g} s after another trial and hold its samples"
     )
-
-
-def _onsets(epochs: LabelledEpochs) -> np.ndarray:
-    """Return when the epochs' events were, in s: as marked, or else by the sample."""
-    marked = epochs.table.get("onset_s")
-    if marked is not None and marked.notna().all():
-        return marked.to_numpy(float)
-    return epochs.onsets / epochs.info["sfreq"]
 
 
 def _trials(rows: pd.DataFrame, labels: np.ndarray, onsets_s: np.ndarray) -> LabelledTrials:

@@ -144,6 +144,47 @@ SUMMARIES = {
             "not decoded: 11 trials (9 and 2)",
         ],
     ),
+    ("transfer", "s01"): (
+        {
+            **{"signals": ["offline", "causal"], "channels": 27, "lost": 3},
+            "trials": {"iC": {"RRvsRH": [236, 153], "HHvsHR": [250, 1]}, "sC": {"RRvsRH": [200, 140]}},
+        },
+        [
+            "offline and causal: trials of both classes at 27 channels; 3 epochs not seen by all",
+            "iC  HHvsHR  250 and 1 trial\n",
+            "sC  RRvsRH  200 and 140 trials",
+        ],
+    ),
+    ("transfer", "group"): (
+        {
+            **{"subjects": ["s01"] * 11, "shuffled": False},
+            "decoded": {
+                "iC": {
+                    "RRvsRH, causal": {
+                        "own": {"bacc": 57.14, "half_width": 2.31, "p_holm": 0.0005, "minutes": 14.25, "n": 11},
+                        "pooled": {
+                            **{"bacc": 54.0, "half_width": None, "p_holm": 0.25, "minutes": 0.0, "n": 1},
+                            **{"difference_to_own": -3.14, "p_holm_to_own": 0.0312, "worth_minutes": 6.51},
+                        },
+                        "recentred, none": {
+                            **{"bacc": 56.0, "half_width": 1.0, "p_holm": 0.02, "minutes": 0.0, "n": 11},
+                            **{"difference_to_own": -1.14, "p_holm_to_own": 0.0312, "worth_minutes": 6.51},
+                        },
+                        "joint": {
+                            **{"bacc": 60.0, "half_width": 1.0, "p_holm": 0.02, "minutes": 14.25, "n": 11},
+                            **{"difference_to_own": 2.86, "p_holm_to_own": 0.5, "worth_minutes": None},
+                        },
+                    }
+                }
+            },
+        },
+        [
+            "own              57.1 ± 2.3 % after 14.2 min, n = 11, p < 0.001\n",
+            "pooled           54.0 % after 0.0 min, n = 1, p = 0.250; −3.1, p = 0.031\n",
+            "56.0 ± 1.0 % after 0.0 min, n = 11, p = 0.020; −1.1, p = 0.031; own reaches it after 6.5 min",
+            "joint            60.0 ± 1.0 % after 14.2 min, n = 11, p = 0.020; +2.9, p = 0.500; own never reaches it",
+        ],
+    ),
     ("decode", "group"): (
         {"iC": {"RRvsRH": {**PROBLEM, "n": 11, "acc_half_width": 2.31, "p": 0.01, "p_holm": 0.0204}}},
         ["iC  RRvsRH  59.1 ± 2.3 %, n = 11; chance 54.3 %, p = 0.020; takeovers 58.2 %, others 60.0 %"],

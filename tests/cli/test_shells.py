@@ -45,8 +45,8 @@ def offered(*words, capsys, monkeypatch, shell="zsh"):
         (
             ["epoch", "--set", "study.stages="],
             [
-                'study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "rerp", "decode", "simulate", "robot", '
-                '"calibrate"]'
+                'study.stages=["acquire", "preprocess", "epoch", "erp", "ersp", "rerp", "decode", "transfer", '
+                '"simulate", "robot", "calibrate"]'
             ],
         ),
         (["epoch", "--set", "conditions."], ["conditions.go=", 'conditions."no go"=']),

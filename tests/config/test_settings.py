@@ -142,7 +142,7 @@ def test_one_cause_is_one_mistake_whatever_it_breaks(empty, typed, told):
 def test_a_study_without_moves_leaves_out_what_is_about_them_unless_it_says_otherwise(empty):
     everything = config.load(None, folder=empty)
     assert everything.stages == tuple(name for name in stages.NAMES if not stages.load(name).on_demand)
-    assert set(stages.NAMES) - set(everything.stages) == {"calibrate", "rerp"}
+    assert set(stages.NAMES) - set(everything.stages) == {"calibrate", "rerp", "transfer"}
     asked = config.load(None, ['study.stages=["calibrate", "acquire"]'], folder=empty)
     assert asked.stages == ("acquire", "calibrate")
     assert everything.left_out == ()

@@ -12,6 +12,7 @@ COMMANDS = [
         ["simulate"],
         ["robot"],
         ["calibrate"],
+        ["transfer"],
     ),
     *(["run"], ["status"], ["show"], ["path"], ["report"], ["multiverse"], ["doctor"], ["init"], ["export"]),
     *(
