@@ -204,6 +204,20 @@ def test_a_browser_has_nothing_to_complain_of_and_marks_the_tables_that_scroll(w
     assert [kind for kind, head in tables if "a trial lasts" not in head and "channels" in head] == ["wide"]
 
 
+def test_a_page_without_contents_has_the_whole_width(tmp_path):
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no Chromium here")
+    style = (ROOT / "hrcneuro/report/page.css").read_text(encoding="utf-8")
+    tell = "document.body.dataset.width = document.querySelector('main').clientWidth"
+    page = tmp_path / "page.html"
+    page.write_text(f"<!doctype html><style>{style}</style><body><main>words</main><script>{tell}</script></body>")
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--window-size=1400,900"]
+    command += [f"--user-data-dir={tmp_path}", "--no-first-run", "--disable-background-networking", "--disable-sync"]
+    done = subprocess.run([*command, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
+    assert int(re.findall(r'data-width="(\d+)"', done.stdout)[0]) > 900
+
+
 def test_one_subject_is_not_shown_twice(written, tmp_path):
     items = [item for item in written[1] if item.unit in ("s01", "group")]
     path = write_report(
