@@ -12,6 +12,7 @@ import pandas as pd
 from hrcneuro import published
 from hrcneuro.analyses.decode_subject import as_json
 from hrcneuro.decoding import group
+from hrcneuro.decoding.generators import named
 from hrcneuro.io.tables import Table
 from hrcneuro.tables.decode import ABOVE, COMPARED, EXTRA, SCORES, SHARES, SUBJECTS, TABLE2, TESTS
 
@@ -64,10 +65,12 @@ def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
                 **dict(zip(_KEY, key, strict=True)),
                 "n": len(done),
                 "bacc": _mean(done["bacc"]),
-                "p": group.sign_flip_p(done["bacc"].to_numpy(dtype=float) - 50, _rng(seed, scenario, problem, decoder)),
+                "p": group.sign_flip_p(
+                    done["bacc"].to_numpy(dtype=float) - 50, named(seed, scenario, problem, decoder)
+                ),
                 "acc": _mean(done["acc"]),
                 "chance": _mean(everyone["chance"]),
-                **{f"p_{rate}": _above_chance_p(done, rate, _rng(seed, *key, rate)) for rate in ABOVE},
+                **{f"p_{rate}": _above_chance_p(done, rate, named(seed, *key, rate)) for rate in ABOVE},
                 **{f"published_{rate}": printed[rate].value if rate in printed else None for rate in ABOVE},
             }
         )
@@ -92,7 +95,7 @@ def compare_table(scores: pd.DataFrame, decoders: Sequence[str], seed: int) -> p
                 continue
             difference = (table[decoder] - table[decoders[0]]).to_numpy(dtype=float)
             over = group.spread(difference)
-            rng = _rng(seed, str(scenario), str(problem), decoder, decoders[0])
+            rng = named(seed, str(scenario), str(problem), decoder, decoders[0])
             p = group.sign_flip_p(difference, rng, two_sided=True)
             rows.append((scenario, problem, decoder, decoders[0], over.n, over.mean, over.sd, p))
     table = pd.DataFrame(rows, columns=[name for name in COMPARED.columns if name != "p_holm"])
@@ -139,10 +142,6 @@ def _numbers(scores: pd.DataFrame, test: Mapping[Any, Any]) -> dict[str, Any]:
         "p_holm": as_json(test["p_holm"]),
         "p_above_chance": {rate: as_json(test[f"p_{rate}"]) for rate in ABOVE},
     }
-
-
-def _rng(seed: int, *names: str) -> np.random.Generator:
-    return np.random.default_rng([seed, *"\0".join(names).encode()])
 
 
 def _groups(scores: pd.DataFrame) -> Any:

@@ -115,20 +115,8 @@ def held(verdicts: pd.DataFrame, moved: pd.DataFrame) -> pd.DataFrame:
         span = (values.min(), values.max()) if len(values) else (np.nan, np.nan)
         share = fits / (fits + differs) if fits + differs else np.nan
         rows.append((finding, told[0], fits, differs, unknown, share, told[1], *span, *_most(moved, finding)))
-    columns = [
-        "finding",
-        "study",
-        "fits",
-        "differs",
-        "open",
-        "share",
-        "value",
-        "low",
-        "high",
-        "choice",
-        "flips",
-        "moved",
-    ]
+    counted = ["fits", "differs", "open", "share"]
+    columns = ["finding", "study", *counted, "value", "low", "high", "choice", "flips", "moved"]
     return pd.DataFrame(rows, columns=columns)
 
 

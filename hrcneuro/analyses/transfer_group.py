@@ -11,6 +11,7 @@ import pandas as pd
 
 from hrcneuro.analyses.decode_subject import as_json
 from hrcneuro.decoding import group
+from hrcneuro.decoding.generators import named
 from hrcneuro.decoding.transfer_scheme import NEEDS_LABELS, WAYS
 from hrcneuro.io.tables import Table
 from hrcneuro.tables.transfer import COMPARED, CURVES, EVERY, NONE, SCORES, TESTS
@@ -62,7 +63,7 @@ def test_table(scores: pd.DataFrame, seed: int) -> pd.DataFrame:
         if key[-1] not in (NONE, EVERY):
             continue
         over = group.spread(part["bacc"].to_numpy(float))
-        p = group.sign_flip_p(part["bacc"].to_numpy(float) - 50, _rng(seed, *key))
+        p = group.sign_flip_p(part["bacc"].to_numpy(float) - 50, named(seed, *key))
         row = dict(zip(_KEY, key, strict=True)) | {"n": over.n, "minutes": part["minutes"].mean(), "bacc": over.mean}
         rows.append(row | {"sd": over.sd, "half_width": over.half_width, "p": p})
     table = pd.DataFrame(rows, columns=[name for name in TESTS.columns if name not in ("p_holm", "significant")])
@@ -83,7 +84,7 @@ def compare_table(scores: pd.DataFrame, curves: pd.DataFrame, seed: int) -> pd.D
                 continue
             difference = (baccs[way, calibration] - baccs["own", EVERY]).to_numpy(float)
             over = group.spread(difference)
-            p = group.sign_flip_p(difference, _rng(seed, *place, way, calibration), two_sided=True)
+            p = group.sign_flip_p(difference, named(seed, *place, way, calibration), two_sided=True)
             worth = _worth(learned, float(baccs[way, calibration].mean()))
             row = dict(zip(_KEY, (*place, way, calibration), strict=True)) | {"n": over.n, "difference": over.mean}
             rows.append(row | {"sd": over.sd, "half_width": over.half_width, "p": p, "worth_minutes": worth})
@@ -134,7 +135,3 @@ def _ordered(columns: Any) -> list[tuple[str, str]]:
 def _rank(key: tuple[str, str]) -> tuple[int, float]:
     way, calibration = key
     return WAYS.index(way), _ENDS[calibration] if calibration in _ENDS else float(calibration)
-
-
-def _rng(seed: int, *names: str) -> np.random.Generator:
-    return np.random.default_rng([seed, *"\0".join(names).encode()])

@@ -13,6 +13,7 @@ import pandas as pd
 from hrcneuro.analyses import shared_axes
 from hrcneuro.decoding import calibration, chance, metrics, transfer
 from hrcneuro.decoding.frozen_refusals import FewTrialsError
+from hrcneuro.decoding.generators import named
 from hrcneuro.decoding.transfer import Person, Scored
 from hrcneuro.decoding.transfer_scheme import TransferScheme
 from hrcneuro.io.tables import read_lists, read_table
@@ -96,7 +97,7 @@ def scores(group: GroupTrials, scheme: TransferScheme) -> pd.DataFrame:
         if len(people) < 2:
             continue
         if scheme.shuffled:
-            people = shuffled(people, _rng(scheme.seed, *place))
+            people = shuffled(people, named(scheme.seed, *place))
         for unit in people:
             rows += _of_target(place, people, unit, scheme)
     return pd.DataFrame(rows, columns=list(SCORES.columns))
@@ -109,7 +110,7 @@ def _of_target(
     n2 = int(np.count_nonzero(own.labels))
     counts = {"n1": len(own.labels) - n2, "n2": n2, "folds": len(np.unique(own.parts))}
     where = dict(zip(("signal", "scenario", "problem"), place, strict=True))
-    for one in transfer.scored(people, unit, scheme, _rng(scheme.seed, *place, unit)):
+    for one in transfer.scored(people, unit, scheme, named(scheme.seed, *place, unit)):
         rates = dict(zip(metrics.RATES, metrics.rates(own.labels, one.scores), strict=True))
         yield {
             **where,
@@ -123,7 +124,3 @@ def _size(one: Scored) -> str:
     if one.size is None:
         return EVERY
     return str(one.size) if one.size else NONE
-
-
-def _rng(seed: int, *names: str) -> np.random.Generator:
-    return np.random.default_rng([seed, *"\0".join(names).encode()])

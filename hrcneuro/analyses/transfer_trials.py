@@ -20,6 +20,8 @@ from hrcneuro.io.tables import read_table
 from hrcneuro.tables.transfer import TRIALS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from hrcneuro.analyses.calibrated import CausalOptions
     from hrcneuro.eeg.selection import LabelledEpochs
 
@@ -98,20 +100,19 @@ def _causal(
 
 
 def rows(
-    seen: SeenTrials, queries: Mapping[str, str], problems: Mapping[str, tuple[str, ...]], split: str
+    seen: SeenTrials, members: Mapping[str, NDArray[np.bool_]], problems: Mapping[str, tuple[str, ...]], split: str
 ) -> Iterator[pd.DataFrame]:
     """Yield rows of ``TRIALS``, a frame a signal, scenario and problem.
 
     Args:
         seen: The trials.
-        queries: Condition -> pandas query on the trial table.
+        members: Condition -> which trials belong to it, as :func:`.conditions.classes` returns it.
         problems: Problem -> [class 1, class 2].
         split: Column whose values are decoded apart; empty for none.
 
     Raises:
-        ConfigError: Conditions or the split do not fit the trial table.
+        ConfigError: The split does not fit the trial table.
     """
-    members = conditions.classes(seen.table, queries, problems)
     places = conditions.scenarios(seen.table, split) or [(ALL, np.ones(len(seen.table), bool))]
     has_blocks = "block" in seen.table and seen.table["block"].notna().all()
     for signal, values in seen.features.items():

@@ -29,9 +29,7 @@ def discriminant(rows: np.ndarray, labels: np.ndarray, *, shrinkage: float) -> t
     """
     first, second = rows[~labels], rows[labels]
     spread = regularized_covariance(first, shrinkage=shrinkage) + regularized_covariance(second, shrinkage=shrinkage)
-    mean1, mean2 = first.mean(axis=0), second.mean(axis=0)
-    weights = np.linalg.solve(spread, mean2 - mean1)
-    return weights, -0.5 * float(weights @ (mean1 + mean2))
+    return _between(first.mean(axis=0), second.mean(axis=0), spread)
 
 
 @dataclass(frozen=True)
@@ -67,5 +65,10 @@ def discriminant_of(first: Moments, second: Moments, *, shrinkage: float) -> tup
     covariances = first.scatter / (first.n - 1) + second.scatter / (second.n - 1)
     spread = (1 - shrinkage) * covariances
     spread.flat[:: len(spread) + 1] += 2 * shrinkage
-    weights = np.linalg.solve(spread, second.mean - first.mean)
-    return weights, -0.5 * float(weights @ (first.mean + second.mean))
+    return _between(first.mean, second.mean, spread)
+
+
+def _between(mean1: np.ndarray, mean2: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return weights and bias of the midpoint between two means, by the sum of both regularised covariances."""
+    weights = np.linalg.solve(spread, mean2 - mean1)
+    return weights, -0.5 * float(weights @ (mean1 + mean2))

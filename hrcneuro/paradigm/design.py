@@ -35,3 +35,5 @@ FIG_3 = (("A", "sC", "RH", "RR", "before"), ("B", "iC", "RH", "RR", "before"))
 """The panels of the paper's Fig 3."""
 
 PROBLEMS = {"HHvsHR": ("HH_before", "HR_before"), "RRvsRH": ("RR_before", "RH_before")}
+DECODED = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
+"""The conditions that problems use."""

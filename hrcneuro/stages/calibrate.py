@@ -16,7 +16,7 @@ from hrcneuro.decoding.scheme import SHRINKAGE
 from hrcneuro.eeg.params import SPLINES
 from hrcneuro.eeg.refusals import BandError, LoneChannelError, NoPositionError
 from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
-from hrcneuro.paradigm.design import CONDITIONS, CUES, PROBLEMS
+from hrcneuro.paradigm.design import CUES, DECODED, PROBLEMS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from hrcneuro.analyses.calibration_rows import Rows
     from hrcneuro.decoding.frozen import FrozenProblem
 
-_CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
 _CURES: Cures = {
     BandError: (ConfigError, "set calibrate.l_freq and calibrate.h_freq inside 0–{nyquist:g} Hz"),
@@ -45,9 +44,7 @@ _CURES: Cures = {
 class Config:
     """What the decoder learns from, and how."""
 
-    conditions: dict[str, str] = option(
-        _CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
-    )
+    conditions: dict[str, str] = option(DECODED, "condition -> pandas query on the trial table", shared="conditions")
     problems: dict[str, tuple[str, ...]] = option(
         PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]", shared="problems"
     )

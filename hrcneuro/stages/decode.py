@@ -22,15 +22,13 @@ from hrcneuro.decoding.refusals import (
 )
 from hrcneuro.decoding.scheme import Scheme
 from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
-from hrcneuro.paradigm.design import CONDITIONS, CUES, PROBLEMS
+from hrcneuro.paradigm.design import CUES, DECODED, PROBLEMS
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
     from hrcneuro.decoding.problem import LabelledTrials
-
-_CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 
 
 _CURES: Cures = {
@@ -59,9 +57,7 @@ _CURES: Cures = {
 class Config(Scheme):
     """What is decoded, by which decoders; how, is the scheme's."""
 
-    conditions: dict[str, str] = option(
-        _CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
-    )
+    conditions: dict[str, str] = option(DECODED, "condition -> pandas query on the trial table", shared="conditions")
     problems: dict[str, tuple[str, ...]] = option(
         PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]", shared="problems"
     )

@@ -21,9 +21,8 @@ from hrcneuro.decoding.transfer_scheme import RECENTRING, TransferScheme
 from hrcneuro.eeg.params import SPLINES
 from hrcneuro.eeg.refusals import BandError, LoneChannelError, NoPositionError
 from hrcneuro.errors import ConfigError, Cures, DataError, cured
-from hrcneuro.paradigm.design import CONDITIONS, PROBLEMS
+from hrcneuro.paradigm.design import DECODED, PROBLEMS
 
-_CONDITIONS = {name: CONDITIONS[name] for pair in PROBLEMS.values() for name in pair}
 _SIGNALS = ("offline", "causal")
 
 _CURES: Cures = {
@@ -46,9 +45,7 @@ _CURES: Cures = {
 class Config(TransferScheme):
     """What is decoded, and the signals that decoders see; how, is the scheme's."""
 
-    conditions: dict[str, str] = option(
-        _CONDITIONS, "condition -> pandas query on the trial table", shared="conditions"
-    )
+    conditions: dict[str, str] = option(DECODED, "condition -> pandas query on the trial table", shared="conditions")
     problems: dict[str, tuple[str, ...]] = option(
         PROBLEMS, "decoding problem -> [class 1, class 2 (takeover)]", shared="problems"
     )
@@ -119,11 +116,11 @@ def run(config: Config, inputs: Inputs, out: Path) -> dict[str, Any]:
     epochs = read_trials(inputs)
     with cured(_CURES):
         seen = transfer_trials.see(inputs, epochs, config.signals, config)
-    rows = list(transfer_trials.rows(seen, config.conditions, config.problems, config.split))
+    members = configured.classes(seen.table, config.conditions, config.problems)
+    rows = list(transfer_trials.rows(seen, members, config.problems, config.split))
     every = pd.concat(rows, ignore_index=True) if rows else pd.DataFrame(columns=list(TRIALS.columns))
     write_table(every, out / "trials.parquet", TRIALS)
     write_table(positions(epochs.info), out / "channels.parquet", CHANNELS)
-    members = configured.classes(seen.table, config.conditions, config.problems)
     absent = configured.absent(seen.table, config.conditions, members)
     trials: dict[str, dict[str, list[int]]] = {}
     for frame in rows[: len(rows) // len(config.signals)]:
