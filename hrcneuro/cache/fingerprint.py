@@ -29,7 +29,16 @@ _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_asci
 
 def digest(value: Any) -> str:
     """Return the sha256 of a JSON-able value in canonical form (sorted keys, no blanks)."""
-    return hashlib.sha256(canonical(value).encode()).hexdigest()
+    return _sha256(canonical(value))
+
+
+def digest_of(texts: Mapping[str, str]) -> str:
+    """Return what :func:`digest` does, of a table whose values are in canonical form already."""
+    return _sha256(joined(texts))
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def canonical(value: Any) -> str:
@@ -173,8 +182,7 @@ def key(parts: Mapping[str, Any], texts: Mapping[str, str] | None = None) -> str
     ``texts`` are parts in canonical form, by name, where somebody has them: what many keys share is written once.
     """
     known = texts or {}
-    text = joined({name: known.get(name) or canonical(part) for name, part in parts.items()})
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return digest_of({name: known.get(name) or canonical(part) for name, part in parts.items()})[:16]
 
 
 def is_sha256(value: Any) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
@@ -103,7 +102,7 @@ def _digest(content: Mapping[str, Any]) -> str:
         texts["parts"] = fingerprint.joined({name: fingerprint.shared(part) for name, part in parts.items()})
     else:
         texts["parts"] = fingerprint.canonical(parts)
-    return hashlib.sha256(fingerprint.joined(texts).encode()).hexdigest()
+    return fingerprint.digest_of(texts)
 
 
 def _check_form(record: Record) -> None:

@@ -69,6 +69,9 @@ class Keys:
         other.settings = settings
         # Options of drawings are in what their pictures share.
         other._static = {place: parts for place, parts in self._static.items() if not place[0].endswith(FIGURES)}
+        # By identity: of what lives as long as these keys, and of no other's, whose numbers may be given anew.
+        other._texts = {id(parts["code"]): self._texts[id(parts["code"])] for parts in other._static.values()}
+        other._params = {}
         return other
 
     def key(self, parts: Mapping[str, Any]) -> str:
