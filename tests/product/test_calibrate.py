@@ -1,38 +1,18 @@
 """calibrate from outside: no part of a study that does not name it; its command, its numbers, its chapter."""
 
+import lab_study
 import pytest
 
-LAB = """
-[study]
-name = "lab"
-subjects = ["s01"]
-exclude = []
-{stages}
-
-[acquire]
-sfreq = 128.0
-
-[acquire.session]
-practice_episodes = 1
-blocks = 4
-episodes_per_block = 4
-
-[acquire.eeg]
-dipoles = 20
-
-[preprocess]
-sfreq = 128.0
-
-[calibrate]
-draws = 2
-"""
+DRAWS = "\n[calibrate]\ndraws = 2\n"
 
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
-    (folder / "plain.toml").write_text(LAB.format(stages=""))
-    (folder / "asked.toml").write_text(LAB.format(stages='stages = ["acquire", "preprocess", "calibrate"]'))
+    (folder / "plain.toml").write_text(lab_study.text("s01", stages="", more=DRAWS))
+    (folder / "asked.toml").write_text(
+        lab_study.text("s01", stages='stages = ["acquire", "preprocess", "calibrate"]', more=DRAWS)
+    )
     return folder
 
 

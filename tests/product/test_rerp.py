@@ -1,27 +1,9 @@
 """rerp from outside: no part of a study that does not name it; its command, its numbers, its chapter, its refusals."""
 
+import lab_study
 import pytest
 
-LAB = """
-[study]
-name = "lab"
-subjects = ["s01", "s02"]
-exclude = []
-
-[acquire]
-sfreq = 128.0
-
-[acquire.session]
-practice_episodes = 1
-blocks = 4
-episodes_per_block = 4
-
-[acquire.eeg]
-dipoles = 20
-
-[preprocess]
-sfreq = 128.0
-"""
+LAB = lab_study.text("s01", "s02")
 
 
 @pytest.fixture(scope="module")

@@ -1,33 +1,11 @@
 """transfer from outside: no part of a study that does not name it; its command, numbers, chapter and refusals."""
 
+import lab_study
 import pytest
 
 pytest.importorskip("pyriemann", reason="needs the extra decoders")
 
-LAB = """
-[study]
-name = "lab"
-subjects = ["s01", "s02", "s03"]
-exclude = []
-
-[acquire]
-sfreq = 128.0
-
-[acquire.session]
-practice_episodes = 1
-blocks = 4
-episodes_per_block = 4
-
-[acquire.eeg]
-dipoles = 20
-
-[preprocess]
-sfreq = 128.0
-
-[transfer]
-pairs = [5]
-draws = 2
-"""
+LAB = lab_study.text("s01", "s02", "s03", more="\n[transfer]\npairs = [5]\ndraws = 2\n")
 
 
 @pytest.fixture(scope="module")
