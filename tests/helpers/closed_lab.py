@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import signal
 import subprocess
 import time
 from collections.abc import Callable
@@ -82,9 +81,9 @@ class Closed:
         """End amplifier, loop and recorder; return what the recorder said."""
         for one in (self.experiment, self.online, self.amp):
             if one.poll() is None:
-                one.send_signal(signal.SIGINT)
+                one.terminate()
                 one.wait(60)
-        self.recorder.send_signal(signal.SIGINT)
+        self.recorder.terminate()
         self.recorder.wait(120)
         text = (self.lab.folder / "record.txt").read_text()
         return json.loads(text[text.index("{") :])

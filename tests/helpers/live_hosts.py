@@ -46,7 +46,7 @@ def pulled_cable(lab: Lab) -> Iterator[Row]:
             time.sleep(8)
             _ip("-n", _name(lab, "there"), "link", "set", "cable", "up")
             time.sleep(12)
-            os.killpg(recorder.pid, signal.SIGINT)
+            os.killpg(recorder.pid, signal.SIGTERM)
             out, said = recorder.communicate(timeout=60)
         finally:
             for one in [*senders, *([recorder] if recorder is not None else [])]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import random
-import signal
 import subprocess
 import sys
 import tempfile
@@ -62,7 +61,7 @@ def block(lab: Lab, keyboard: xvfb.Keyboard, size: list[str]) -> Iterator[Row]:
         session = experiment(lab, "--set", "experiment.window.scale=0", *size)
         pressed = person(lab, session, keyboard)
         out, err = session.communicate(timeout=120)
-        recorder.send_signal(signal.SIGINT)
+        recorder.terminate()
         recorded, said = recorder.communicate(timeout=120)
     if session.returncode:
         yield f"the session ended with {session.returncode}", False, err[-2000:]

@@ -194,7 +194,7 @@ def experiment(lab: Lab) -> Iterator[Row]:
         _until(lambda: run.poll() is not None or (log.exists() and '"kind":"move"' in log.read_text()))
         amp.kill()
         _, said = run.communicate(timeout=60)
-        recorder.send_signal(signal.SIGINT)
+        recorder.terminate()
         recorder.communicate(timeout=60)
     yield "a lost stream ends it with exit code 4", run.returncode == 4, said[-200:]
     yield "it says which", "the recorder has lost eeg" in said, said[-200:]
