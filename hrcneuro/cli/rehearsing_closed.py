@@ -142,15 +142,18 @@ def _told(options: Options, study: Settings, subject: str, folder: Path, decoder
     write_table(episodes, folder / EPISODES, LOOP_EPISODES)
     frozen, known = read_decoder(decoder)
     replayed = [closed_sessions.replayed(study, subject, frozen, known, place) for place in places if place.recorded]
-    page = _page(study, subject, folder, known, places, steps, episodes, replayed)
+    # The null model that the page shows takes as long as several sessions.
+    drawn = not options.no_figures
+    page = _page(study, subject, folder, known, places, steps, episodes, replayed) if drawn else None
     about = {
         "command": "rehearse", "ok": all(not one["different"] for one in replayed), "folder": str(folder),
-        "page": str(page), "sessions": len(places), **closed_sessions.numbers(steps, episodes), "replay": replayed,
+        "page": str(page) if page else None, "sessions": len(places), "replay": replayed,
+        **closed_sessions.numbers(steps, episodes),
     }  # fmt: skip
     if options.json:
         print(json.dumps(about, indent=1, default=str))
     else:
-        bring.console(options).results([*closed_sessions.lines(subject, about), f"in {page}"])
+        bring.console(options).results([*closed_sessions.lines(subject, about), f"in {page or folder}"])
     return 0 if about["ok"] else 1
 
 

@@ -60,7 +60,7 @@ class Learning:
         self.policies.find(network.wait, patience_s=1.0)
 
     def soon(self, passed: float) -> bool:
-        """Return whether a decision is due ``passed`` seconds from the last step: then steps are to be short."""
+        """Return whether a decision is due ``passed`` seconds from the last step: then samples are to come at once."""
         return self.online.deciding.due_s() - passed < _SOON_S
 
     def step(self) -> None:

@@ -31,8 +31,8 @@ from hrcneuro.live.session import Session
 from hrcneuro.live.transport import MOVES, TRUTH
 from hrcneuro.live.virtual import VirtualNetwork, VirtualOutlet
 
-_STEP_S, _CHUNK = 0.1, 50
-_QUICK_STEP_S, _QUICK_CHUNK = 0.008, 10
+_STEP_S, _CHUNK = 0.25, 50  # well within the time from a move's marker to its decision
+_QUICK_CHUNK = 10
 _AFTER_S = 3.0  # what the last move evokes is recorded, too
 
 
@@ -148,7 +148,8 @@ class Rehearsal:
     def _around(self, now: float) -> None:
         passed = self._began + now - self._network.now
         soon = self.learning is not None and self.learning.soon(passed)
-        if passed >= (_QUICK_STEP_S if soon else _STEP_S):
+        # A decision waits for samples: nothing happens to it before the next of them leave.
+        if passed >= (self._amplifier.leaves_s() if soon else _STEP_S):
             self._step(passed)
 
     def _step(self, seconds: float) -> None:

@@ -84,13 +84,15 @@ class StreamWatch:
     stalled: bool = False
     waited: float = 0.0
     _came: float | None = None
-    _steps: deque[float] = field(default_factory=lambda: deque(maxlen=_LEARN))
+    # By how much the last steps were shorter than the interval, s; their order does not matter.
+    _early: np.ndarray = field(default_factory=lambda: np.zeros(_LEARN))
+    _learned: int = 0
     _holes: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_HOLES))
 
     def learn(self, stamps: np.ndarray) -> None:
         """Take in how the stamps of this stream waver, from some seconds of it before the watch."""
         if self.sfreq:
-            self._steps.extend((1 / self.sfreq - np.diff(stamps))[-_LEARN:])
+            self._learn(1 / self.sfreq - np.diff(stamps))
 
     @property
     def wavers(self) -> bool:
@@ -156,7 +158,7 @@ class StreamWatch:
                     continue
                 events += self._step(last, float(piece[0]), silent, usual)
                 last = float(piece[-1])
-        self._steps.extend((interval - steps)[wavering][-_LEARN:])
+        self._learn((interval - steps)[wavering])
         return events, last
 
     def _step(self, last: float, after: float, silent: float, usual: float) -> list[Event]:
@@ -189,4 +191,9 @@ class StreamWatch:
 
     def _usual(self) -> float:
         """Return by how much a step may differ from the sampling interval without a word, seconds."""
-        return usual_step(np.fromiter(self._steps, float, len(self._steps)), 1 / self.sfreq)
+        return usual_step(self._early[: self._learned], 1 / self.sfreq)
+
+    def _learn(self, early: np.ndarray) -> None:
+        early = early[-_LEARN:]
+        self._early[(self._learned + np.arange(len(early))) % _LEARN] = early
+        self._learned += len(early)

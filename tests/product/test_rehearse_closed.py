@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 
 
 def rehearse(hrcneuro, folder, *words):
-    shared = ["--closed", "--config", folder / "lab.toml", "--executor", "serial", "--no-figures", "--json"]
+    shared = ["--closed", "--config", folder / "lab.toml", "--executor", "serial", "--json"]
     return hrcneuro("rehearse", "s01", *shared, *words, "--workdir", folder)
 
 
@@ -113,11 +113,12 @@ def test_its_tables_and_its_page_are_there(rehearsed):
 
 
 def test_sessions_do_not_depend_on_how_many_run_beside_them(hrcneuro, folder, decoder):
-    alone = rehearse(hrcneuro, folder, "--decoder", decoder, "-j", "1", "--set", "experiment.closed.blocks=1")
-    both = rehearse(
-        hrcneuro, folder, "--decoder", decoder, "--sessions", "2", "-j", "2", "--set", "experiment.closed.blocks=1"
-    )
+    numbers = ["--decoder", decoder, "--no-figures", "--set", "experiment.closed.blocks=1"]
+    alone = rehearse(hrcneuro, folder, *numbers, "-j", "1")
+    both = rehearse(hrcneuro, folder, *numbers, "--sessions", "2", "-j", "2")
     assert (alone.code, both.code) == (0, 0), alone.err + both.err
+    assert both.json["page"] is None
+    assert not (Path(both.json["folder"]) / "rehearsal.html").exists()
     tables = [pd.read_parquet(Path(done.json["folder"]) / "loop_steps.parquet") for done in (alone, both)]
     first = tables[1][tables[1]["session"] == "001"].reset_index(drop=True)
     assert len(tables[1]) > len(first) == len(tables[0])
