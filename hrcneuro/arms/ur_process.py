@@ -25,6 +25,7 @@ _ACCELERATION = 15.0
 # Inputs must come this often, Hz, or the controller stops the program: a killed driver's arm rests within 0.25 s.
 WATCHDOG = 10.0
 _AWAKE = 0.03  # s between signs of life while the arm rests
+_TAKEN = 2.5 * PERIOD  # s; by then the robot has read a command from its registers
 _SESSION_LIVES = 0.1  # s; a session that asks for nothing for longer is suspended or hangs: nobody supervises
 _LONGEST = 5.0  # s, of one request; then the kernel ends this process
 
@@ -70,7 +71,7 @@ class _Driver:
     def __init__(self, link: socket.socket, receive: Any, control: Any) -> None:
         self._link, self._receive, self._control = link, receive, control
         self._moving = False
-        self._asked = seconds()
+        self._asked = self._commanded = seconds()
         self._turn = threading.Lock()
 
     def serve(self) -> None:
@@ -91,6 +92,7 @@ class _Driver:
     def _do(self, what: bytes, values: list[float]) -> None:
         if what == SPEED:
             self._moving = any(values)
+            self._commanded = seconds()
             # Refused where the program has ended: the next packet says so, and the session stops on it.
             self._control.speedJ(values, _ACCELERATION, PERIOD)
         elif what == STOP:
@@ -115,11 +117,15 @@ class _Driver:
     def _keep_awake(self) -> None:
         # Between moves a cycle of the session may take longer than the watchdog waits. Only a resting arm is kept
         # awake, and only for a session that is there: in a move, a loop that hangs must stop the arm, and at rest
-        # nothing may move after a gap.
+        # nothing may move after a gap. A sign of life goes through the registers that commands go through, and the
+        # robot reads them once a cycle: one that came right behind the command to rest would take its place, and the
+        # arm would creep on. A command is a sign of life itself.
         rest = threading.Event()
         while not rest.wait(_AWAKE):
             with self._turn:
-                if not self._moving and seconds() - self._asked <= _SESSION_LIVES:
+                now = seconds()
+                lives, taken = now - self._asked <= _SESSION_LIVES, now - self._commanded > _TAKEN
+                if not self._moving and lives and taken:
                     self._control.kickWatchdog()
 
 

@@ -117,16 +117,17 @@ class Cycle:
         # looked along.
         way, fastest = self._last, max(map(abs, self._last))
         stop = Stop([fastest], self._stop_bounds, qdd=[-self._braking(fastest)])
-        t = 0.0
+        t, braked = 0.0, False
         while t < stop.duration + PERIOD and any(self._last):
             now, packet, trip = self._tick()
             if trip is not None or self._supervisor.late(self._clock.now() - now) is not None:
                 self._arm.stop(_BRAKE)
+                braked = True
                 break
             t += PERIOD
             share = stop.at(t)[0] / fastest
             self._send(now, packet, [share * v for v in way], record.STOP, -1, NOWHERE)
-        return self._watch_rest()
+        return self._watch_rest(again=not braked)
 
     def _braking(self, fastest: float) -> float:
         # The deceleration of the fastest joint that the stop goes on from. Speeding up ends at once, and braking is not
@@ -199,11 +200,14 @@ class Cycle:
         self._on_rest(seen)
         raise Stopped(cause, problem, rests=seen)
 
-    def _watch_rest(self) -> bool:
-        # Whether the arm was seen at rest. At most a second: an arm that tells nothing cannot be waited for.
+    def _watch_rest(self, *, again: bool = False) -> bool:
+        # Whether the arm was seen at rest; it is told ``again`` to rest until then, unless the controller brakes it. At
+        # most a second: an arm that tells nothing cannot be waited for.
         self._last = self._before = ZERO
         for _ in range(125):
             now, packet, _ = self._tick()
+            if again:
+                self._arm.speed(ZERO)
             self._note(now, record.STOP, -1, packet, 0, NOWHERE)
             if max(abs(v) for v in packet.qd) < _AT_REST and now - packet.stamp < 2 * PERIOD:
                 return True

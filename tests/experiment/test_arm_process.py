@@ -146,7 +146,7 @@ def test_a_session_in_real_time(config, ahead, lsl):
 
 
 @pytest.fixture
-def flow(tmp_path, capfd):
+def flow(tmp_path):
     """Return a flow in a process of its own that moves an arm to and fro, the arm's side's number, and what watches."""
     served = Served()
     process = subprocess.Popen(
@@ -165,7 +165,7 @@ def flow(tmp_path, capfd):
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGUSR1], ids=["killed", "killed, but for a last thread"])
-def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flow, tmp_path, end, capfd):
+def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flow, tmp_path, end):
     """Braked in a controlled stop; what the arm did is kept, and its process ends."""
     if end == signal.SIGUSR1 and SYS_EXIT is None:
         pytest.skip(f"how a thread ends is not known here for {platform.machine()}")
@@ -182,7 +182,7 @@ def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flo
     at_kill = moving = packet[0]
     while packet[0] < at_kill + 1.0:
         packet = stream.packet()
-        moving = packet[0] if max(map(abs, packet[37:43])) > 5e-3 else moving
+        moving = packet[0] if max(map(abs, packet[37:43])) > 1e-3 else moving
     stream.link.close()
     assert 0.02 < moving + PERIOD - at_kill <= 0.25
     process.kill()
@@ -193,9 +193,7 @@ def test_where_the_flow_is_killed_the_arm_rests_within_a_quarter_of_a_second(flo
     (place,) = (tmp_path / "s01").iterdir()
     telemetry = pd.read_parquet(place / "telemetry.parquet")
     assert telemetry["phase"].iloc[-1] == "stop"
-    # A controller that other work holds up for a second tells of no rest: then it is said that none was seen.
-    rests = np.abs(telemetry.filter(regex=r"^qd_\d").iloc[-1]).max() < 1e-3
-    assert rests or "was not seen at rest" in capfd.readouterr().err
+    assert np.abs(telemetry.filter(regex=r"^qd_\d").iloc[-1]).max() < 1e-3
 
 
 def test_an_arms_side_that_is_killed_is_missed(config, ahead):

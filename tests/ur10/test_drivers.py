@@ -72,6 +72,23 @@ def test_a_driver_moves_the_arm_and_stops_it(kind, served, stream):
         arm.close()
 
 
+def test_a_command_to_rest_is_heard_though_it_comes_once(served):
+    """A sign of life that took its place in the robot's registers would leave the arm creeping."""
+    arm = connect("rtde", served().address)
+    clock, moved = WallClock(), 0
+    try:
+        for _ in range(30):
+            moved += drive(arm, [0.0, 0.0, 0.05, 0.0, 0.0, 0.0], cycles=12).qd[2] > 0.02
+            arm.speed([0.0] * 6)
+            until = clock.now() + 1.0
+            while (moving := max(map(abs, arm.state().qd)) > 1e-3) and clock.now() < until:
+                clock.wait_until(clock.now() + PERIOD)
+            assert not moving
+        assert moved
+    finally:
+        arm.close()
+
+
 @pytest.fixture
 def driver():
     """Start a driver in a process of its own that moves the arm for ever; it ends with the test."""
