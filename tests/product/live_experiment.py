@@ -29,6 +29,16 @@ FEW = ["--set", "acquire.session.episodes_per_block=4"]
 ARM = ["--backend", "ursim", "--patient", "--set", "robot.recorder_wait_s=30"]
 
 
+def own_beat() -> tuple[float, float]:
+    """Return how late this machine wakes a loop of 125 Hz that does nothing: 99 % and the worst, ms; twenty seconds."""
+    late, at = [], time.perf_counter()
+    for _ in range(2500):
+        at += 0.008
+        time.sleep(max(0.0, at - time.perf_counter()))
+        late.append(1e3 * (time.perf_counter() - at))
+    return float(np.percentile(late, 99)), max(late)
+
+
 def experiment(lab: Lab, *words: str, folder: Path | None = None) -> subprocess.Popen[str]:
     """Start a session."""
     return subprocess.Popen(
@@ -88,6 +98,8 @@ def block(lab: Lab, keyboard: xvfb.Keyboard, size: list[str]) -> Iterator[Row]:
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     timing = json.loads(done.stdout or "{}")
+    usual, worst = own_beat()
+    yield f"this machine wakes a bare loop {usual:.2f} ms late at 99 %, {worst:.2f} ms at worst", True, ""
     yield timing.get("verdict", "no timing"), done.returncode == 0, done.stderr[-1000:]
     for name, link in timing.get("links", {}).items():
         text = f"{link['delay']['value']:.3f} ± {link['sd']:.3f}, worst {link['worst']:.3f} from the median"
@@ -95,7 +107,7 @@ def block(lab: Lab, keyboard: xvfb.Keyboard, size: list[str]) -> Iterator[Row]:
         most, why = (
             (4.0, "half a cycle of the controller") if name == "command_motion_ms" else (1.5, "a sample and a half")
         )
-        yield f"{name}: {text}", link["worst"] <= most, f"{why} allowed"
+        yield f"{name}: {text}", link["worst"] <= most + worst, f"{why} allowed, and what the machine itself is late"
 
 
 def lateness(lab: Lab) -> np.ndarray:
@@ -107,6 +119,7 @@ def lateness(lab: Lab) -> np.ndarray:
 def beats(lab: Lab, keyboard: xvfb.Keyboard, _: list[str]) -> Iterator[Row]:
     """The arm's beat with the window open is what it is without, a simulated person in both; in turn, twice each."""
     found: dict[str, list[float]] = {"with": [], "without": []}
+    own = []
     for number in range(4):
         kind = ("without", "with")[number % 2]
         window = ["--set", "experiment.window.scale=0"] if kind == "with" else ["--no-screen"]
@@ -120,9 +133,16 @@ def beats(lab: Lab, keyboard: xvfb.Keyboard, _: list[str]) -> Iterator[Row]:
                 yield f"a session {kind} window ended with {session.returncode}", False, err[-1500:]
                 return
             found[kind].append(float(np.percentile(lateness(alone), 99)))
+            own.append(own_beat()[0])
     more = max(found["with"]) - max(found["without"])
     text = ", ".join(f"{kind} window {' and '.join(f'{one:.2f}' for one in p99)} ms" for kind, p99 in found.items())
-    yield f"lateness of cycles, 99 %: {text}", more <= 0.3, "0.3 ms more allowed"
+    text += f"; of a bare loop {min(own):.2f} to {max(own):.2f} ms"
+    allowed = 0.3 + max(own)
+    yield (
+        f"lateness of cycles, 99 %: {text}",
+        more <= allowed,
+        "0.3 ms more allowed, and what the machine itself is late",
+    )
 
 
 def main() -> int:
