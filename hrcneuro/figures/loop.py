@@ -25,7 +25,7 @@ _KINDS = {
     "left": ("robot, own, left lying first", SKY),
     "diagonal": ("diagonal", PALE),
 }
-_SIM1 = (("-.", GREEN), (":", GREY))
+_SIM1 = (("-.", GREEN), ((0, (1, 1)), GREEN), (":", GREY))
 _MOST_BINS = 26
 
 
@@ -78,7 +78,7 @@ def _over_episodes(axes: Axes, picture: LoopPicture) -> None:
     _curves(axes, number, [scores.accuracy(one) if one is not None else None for one in _three(picture)])
     for (name, curve), (dash, colour) in zip(picture.sim1.items(), _SIM1, strict=False):
         shown = curve.mean[: len(number)]
-        axes.plot(number[: len(shown)], shown, dash, lw=1.1, color=colour, label=f"SIM1, {name}")
+        axes.plot(number[: len(shown)], shown, ls=dash, lw=1.1, color=colour, label=f"SIM1, {name}")
     _accuracy_axes(axes, "A  all four directions", "closed episode", number[-1])
     axes.set_ylabel("choice accuracy")
     axes.legend(loc="lower right", fontsize=6, handlelength=1.8, labelspacing=0.3)
@@ -92,7 +92,7 @@ def _over_updates(axes: Axes, picture: LoopPicture) -> None:
     for curve, (dash, colour) in zip(picture.sim1.values(), _SIM1, strict=False):
         taken = np.append(0, scores.sim1_updates(len(curve.mean)))
         here = taken <= last
-        axes.plot(taken[here], np.append(0.5, curve.mean)[here], dash, lw=1.1, color=colour)
+        axes.plot(taken[here], np.append(0.5, curve.mean)[here], ls=dash, lw=1.1, color=colour)
     _accuracy_axes(axes, "B  against updates", "updates", last)
     if not any(np.isfinite(one).any() for one in drawn if one is not None):
         axes.text(0.5, 0.2, "owners were drawn anew", transform=axes.transAxes, ha="center", color=GREY)

@@ -175,6 +175,14 @@ def pooled_rates(sessions: LoopSessions) -> Rates | None:
     return Rates(tnr_hh=100.0 - hh, tpr_hr=hr, tnr_rr=100.0 - rr, tpr_rh=rh)
 
 
+def level_rates(sessions: LoopSessions) -> Rates:
+    """Return rates of one height: the share of all decisions that taught and were right, whatever the case, %."""
+    said = sessions.decisions.sum(axis=0).reshape(2, 2, 2)
+    # Of the robot's moves the robot next is no takeover; of the human's it is.
+    right = said[0, 0, 0] + said[0, 1, 1] + said[1, 0, 1] + said[1, 1, 0]
+    return Rates.level(100.0 * float(right / said.sum()))
+
+
 def pooled_takeovers(sessions: LoopSessions) -> tuple[float, float]:
     """Return how often "takeover" was said of the human's moves, and of the robot's: fractions, NaN for none."""
     said = sessions.decisions.reshape(-1, 2, 2, 2).sum(axis=(0, 2))

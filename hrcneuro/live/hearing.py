@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
 from typing import Any
 
 from hrcneuro.live import online_streams
@@ -51,6 +52,7 @@ class Hearing:
         self._network, self._wanted, self._subject, self._began = network, Declared(name=name), subject, began
         self._strange, self._tell = strange, tell
         self._inlet: Inlet | None = None
+        self._opening: Future[Inlet] | None = None
         self.offset, self.ended = float("nan"), False
         self.strange: Counter[str] = Counter()
 
@@ -60,13 +62,19 @@ class Hearing:
         return self._inlet is not None
 
     def look(self) -> bool:
-        """Find the stream, or its new run; return whether another one is heard from now on."""
-        uid = "" if self._inlet is None else self._inlet.description.uid
-        found = online_streams.another(self._network, self._wanted, uid)
-        if found is None:
+        """Find the stream, or its new run; return whether another one is heard from now on.
+
+        Nobody waits for a connection: a later look takes it up.
+        """
+        if self._opening is None:
+            uid = "" if self._inlet is None else self._inlet.description.uid
+            found = online_streams.another(self._network, self._wanted, uid)
+            self._opening = None if found is None else self._network.opening(found)
+        if self._opening is None or not self._opening.done():
             return False
+        opening, self._opening = self._opening, None
         try:
-            inlet = self._network.open(found)
+            inlet = opening.result()
         except Lost:
             return False
         if self._inlet is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
+from concurrent.futures import Future
 
 from hrcneuro.live.person import Person
 from hrcneuro.live.transport import MOVES, TRUTH, Clock, Inlet, Lost, Network
@@ -19,6 +20,7 @@ class Listening:
         """Listen to a network's streams; ``clock`` is the receiver's."""
         self._network, self._clock, self._person = network, clock, person
         self._inlets: dict[str, Inlet] = {}
+        self._opening: dict[str, Future[Inlet]] = {}
         self._offset: dict[str, float] = {}
         self._heard: dict[str, deque[tuple[float, str]]] = {}
         self._looked = float("-inf")
@@ -31,6 +33,8 @@ class Listening:
             self._find()
         # Truth first: a marker that came with it must find it.
         for name in (TRUTH, MOVES):
+            if name in self._opening and self._opening[name].done():
+                self._begin(name, self._opening.pop(name))
             if name in self._inlets:
                 self._take(name)
 
@@ -40,15 +44,20 @@ class Listening:
         for name in (TRUTH, MOVES):
             runs = [one for one in there if one.name == name]
             inlet = self._inlets.get(name)
-            if not runs or (inlet is not None and inlet.description.uid in {one.uid for one in runs}):
-                continue
-            with contextlib.suppress(Lost):
-                opened = self._network.open(runs[-1])
-                if inlet is not None:
-                    self._take(name)
-                    inlet.close()
-                self._inlets[name] = opened
-                self._offset.pop(name, None)
+            same = inlet is not None and inlet.description.uid in {one.uid for one in runs}
+            if runs and not same and name not in self._opening:
+                # Whoever steps sends samples, too: a connection is not waited for.
+                self._opening[name] = self._network.opening(runs[-1])
+
+    def _begin(self, name: str, opening: Future[Inlet]) -> None:
+        with contextlib.suppress(Lost):
+            opened = opening.result()
+            if name in self._inlets:
+                self._take(name)
+            if name in self._inlets:
+                self._inlets[name].close()
+            self._inlets[name] = opened
+            self._offset.pop(name, None)
 
     def _take(self, name: str) -> None:
         inlet = self._inlets[name]

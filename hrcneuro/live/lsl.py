@@ -6,13 +6,14 @@ import contextlib
 import threading
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from concurrent.futures import Future
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from hrcneuro.live.liblsl import library
-from hrcneuro.live.transport import Description, Lost, Samples
+from hrcneuro.live.transport import Description, Inlet, Lost, Samples, connect
 
 _OPEN_S = 5.0
 _LOOK_S = 1.0
@@ -236,6 +237,13 @@ class LslNetwork:
     def open(self, description: Description) -> LslInlet:
         """Return a stream that is received from now on. Raises :class:`Lost` where it does not answer."""
         return LslInlet(self._lsl, description)
+
+    def opening(self, description: Description) -> Future[Inlet]:
+        """Return what :meth:`open` will: a thread of its own waits for the connection."""
+        future: Future[Inlet] = Future()
+        args = future, lambda: self.open(description)
+        threading.Thread(target=connect, args=args, name="connecting", daemon=True).start()
+        return future
 
     def _look(self) -> None:
         while not self._closed.is_set():

@@ -7,6 +7,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from typing import Any
 
 from hrcneuro.errors import HardwareError
@@ -47,6 +48,7 @@ class Policies:
         """Hear nothing yet; ``clock`` is the receiver's."""
         self._network, self._clock, self._subject = network, clock, subject
         self._inlet: Inlet | None = None
+        self._opening: Future[Inlet] | None = None
         self._seen = float("-inf")  # when it was there, seconds of the clock
         self.policy: Policy | None = dict.fromkeys(SUBTASKS, 0.5)
         self.mode = self.decided = ""
@@ -116,9 +118,19 @@ class Policies:
             self._inlet = None
 
     def _open(self, there: list[Description]) -> None:
-        if len(there) == 1:
-            with contextlib.suppress(Lost):
-                self._inlet, self._seen = self._network.open(there[0]), self._clock()
+        """Begin to connect to the only one, or take up what has come of that; never waits."""
+        if len(there) != 1:
+            return
+        self._opening = self._opening or self._network.opening(there[0])
+        if not self._opening.done():
+            return
+        opening, self._opening = self._opening, None
+        with contextlib.suppress(Lost):
+            inlet = opening.result()
+            if inlet.description.uid == there[0].uid:
+                self._inlet, self._seen = inlet, self._clock()
+            else:
+                inlet.close()
 
     def _take(self, text: str) -> None:
         try:

@@ -7,6 +7,7 @@ apart. Who records or sends is handed a :class:`Network` and a clock, and reads 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -119,3 +120,15 @@ class Network(Protocol):
 
     def open(self, description: Description) -> Inlet:
         """Return a stream that is received from now on. Raises :class:`Lost` where it does not answer."""
+
+    def opening(self, description: Description) -> Future[Inlet]:
+        """Return what :meth:`open` will; never waits, though to connect may take seconds."""
+
+
+def connect(future: Future[Inlet], opens: Callable[[], Inlet]) -> Future[Inlet]:
+    """Open a stream for who waits for it, and return that; :class:`Lost` is theirs to see."""
+    try:
+        future.set_result(opens())
+    except Lost as error:
+        future.set_exception(error)
+    return future

@@ -28,6 +28,12 @@ _SAID = (
     "made whose steps; E: how often decisions were right, and said that the actor stays; F: when they came"
 )
 
+_WHY_OTHER = (
+    "In SIM1 the four cases come equally often, in a session as paths and actors make them; where most come in which "
+    "decisions are more often right, more is learned. SIM1 'as often right' has the session's share of right decisions "
+    "in each case."
+)
+
 
 @dataclass(frozen=True)
 class LoopNull:
@@ -90,7 +96,11 @@ def null_of(
         LoopSessions.joined(nothing),
         {
             name: scores.sim1(r, model.kind, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
-            for name, r in (("at these rates", rates), ("at the paper's", PAPER))
+            for name, r in (
+                ("at these rates", rates),
+                ("as often right", scores.level_rates(played)),
+                ("at the paper's", PAPER),
+            )
         }
         if model.floor == 0
         else {},
@@ -190,6 +200,8 @@ def _learned(played: LoopSessions, null: LoopNull | None) -> list[str]:
         lines.append(
             f"SIM1 {name}: {curve.mean[-1]:.3f} after as many episodes, {same:.3f} after as many updates ({taken})."
         )
+    if null.sim1:
+        lines.append(_WHY_OTHER)
     return lines
 
 

@@ -57,9 +57,14 @@ def killed(closed: Closed, whom: str) -> str:
     elif whom == "amp":
         closed.amp.wait()
         closed.amp = closed.start("amp", "s01", "--sitting", "1")
-        if closed.online.poll() is not None:
-            closed.online = closed.start("online", "s01", "--json", "--mode", "closed", "--go-on")
+        again(closed)
     return f"the session had ended {after:.1f} s later, code {code}"
+
+
+def again(closed: Closed) -> None:
+    """Begin the loop anew where it has ended: that a session has ended in trouble tells it that no move comes."""
+    if closed.online.poll() is not None:
+        closed.online = closed.start("online", "s01", "--json", "--mode", "closed", "--go-on")
 
 
 def check(closed: Closed) -> str:
@@ -101,6 +106,7 @@ def main(times: int = 10, seed: int = 0) -> int:
                     assert any(why in text for why in BUSY), text[-2000:]
                     trips += 1
                     print("the machine was busy: arm or amplifier was held up", flush=True)
+                    again(closed)
                     continue
                 whom = next((one for one in VICTIMS if left[one]), "")
                 if not whom:
