@@ -83,7 +83,7 @@ class LslInlet:
         self._measured: list[tuple[float, float]] = []
         self._garbled = 0
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._measure, name="clock offsets", daemon=True)
+        self._thread = threading.Thread(target=self._attend, name="clock offsets", daemon=True)
         self._thread.start()
 
     def pull(self) -> Samples:
@@ -137,9 +137,15 @@ class LslInlet:
         return count
 
     def close(self) -> None:
-        """Receive no more; what is being measured ends by itself."""
+        """Receive no more; nobody waits for it: of a stream that is gone, liblsl takes seconds to let go."""
         self._closed.set()
-        self._inlet.close_stream()
+
+    def _attend(self) -> None:
+        self._measure()
+        with contextlib.suppress(TimeoutError, RuntimeError):
+            self._inlet.close_stream()
+        # The last reference: liblsl's threads are waited for here.
+        del self._inlet
 
     def _measure(self) -> None:
         wait = 0.0
