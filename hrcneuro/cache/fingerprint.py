@@ -21,7 +21,6 @@ from hrcneuro.cache.disk import read_json
 _SETTLED_NS = 2_000_000_000
 # A line of 150 bytes for each recording, and 300 for each module of the program.
 _LARGEST_MEMO = 2**26
-_MOST_ROWS = 1000
 _SHA256 = re.compile("[0-9a-f]{64}")
 # Made once: json.dumps makes another one each time that it is asked for anything but its defaults.
 _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
@@ -44,27 +43,6 @@ def _sha256(text: str) -> str:
 def canonical(value: Any) -> str:
     """Return a JSON-able value in canonical form: sorted keys, no blanks."""
     return _CANONICAL.encode(value)
-
-
-def shared(value: Any) -> str:
-    """Return a value in canonical form, from memory where it is a table of texts, as many records hold the same.
-
-    Texts alone: of other values some are equal that are written in another way, as 1 and true. What is larger than a
-    table of hashes is not kept: anybody may have written it.
-    """
-    if isinstance(value, dict) and len(value) <= _MOST_ROWS and all(map(_is_short, value.items())):
-        return _table(tuple(value.items()))
-    return canonical(value)
-
-
-def _is_short(row: tuple[str, Any]) -> bool:
-    name, text = row
-    return type(text) is str and len(text) <= 64 and len(name) <= 200
-
-
-@functools.lru_cache(maxsize=256)
-def _table(pairs: tuple[tuple[str, str], ...]) -> str:
-    return canonical(dict(pairs))
 
 
 def joined(texts: Mapping[str, str]) -> str:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import fnmatch
+import functools
 import os
-from collections.abc import Iterable, Mapping
-from fnmatch import fnmatch
+import re
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,12 @@ def _places(config: Any, folder: Path, kind: str) -> dict[str, Path]:
     """Return the options that name a place of this kind: what is named is absolute, else it lies in ``folder``."""
     values = {f.name: getattr(config, f.name) for f in dataclasses.fields(config) if f.metadata.get(kind)}
     return {name: folder / value for name, value in values.items() if value}
+
+
+@functools.cache
+def _pattern(patterns: tuple[str, ...]) -> Callable[[str], object]:
+    """Return what tells of a name whether it fits one of these patterns of a shell."""
+    return re.compile("|".join(map(fnmatch.translate, patterns)) or "(?!)").match
 
 
 class Keys:
@@ -137,7 +145,8 @@ class Keys:
 
     def matching(self, record: Record, need: Need) -> list[str]:
         """Return the names of an entry's files that are read."""
-        return [name for name in record.outputs if any(fnmatch(name, pattern) for pattern in need.files)]
+        fits = _pattern(need.files)
+        return [name for name in record.outputs if fits(name)]
 
     def _unchanging(self, task: Task) -> dict[str, Any]:
         """Return the parts that all subjects of a stage, or of its pictures, share."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from hrcneuro import interrupts
 from hrcneuro.cache import why
-from hrcneuro.cache.record import Record, dropped
+from hrcneuro.cache.record import Record
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError
@@ -204,8 +204,7 @@ class Run:
     def _lookup(self, node: Node, *, dry: bool) -> Record | None:
         cache, place = self.workdir.cache, (node.task.name, node.task.unit, node.item.key)
         slim = not node.fault and node.task not in self.whole
-        record = cache.lookup(*place, verify=self.verify, slim=slim)
-        node.dropped = dropped(cache.folder(*place))
+        record, node.dropped = cache.look(*place, verify=self.verify, slim=slim)
         if record is None and node.dropped:
             node.item.why = [node.without()]
         if record is None and (flaw := cache.diagnose(*place, verify=self.verify)):
@@ -295,7 +294,8 @@ class Run:
                 item.fail(error)
 
     def _accept(self, node: Node, record: Record, *, dry: bool = False) -> None:
-        node.record, folder = record, self._folder(record)
+        root = self.workdir.cache.root
+        node.record, folder = record, f"{root}/{record.stage}/{record.unit}/{record.key}"
         node.item.summary = record.summary
         node.item.artifacts = {name: f"{folder}/{name}" for name in record.outputs if name not in node.dropped}
         if not dry:
