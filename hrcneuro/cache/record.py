@@ -114,9 +114,9 @@ def _check_form(record: Record) -> None:
     for name, about in record.outputs.items():
         if not is_inside(name):
             raise ValueError(f"{name!r} is no name of a file of an entry")
-        size = about.get("size") if isinstance(about, dict) else None
-        sha256 = about.get("sha256") if isinstance(about, dict) else None
-        if not isinstance(size, int) or isinstance(size, bool) or size < 0:
+        size, sha256 = (about.get("size"), about.get("sha256")) if isinstance(about, dict) else (None, None)
+        # By its type: True is an int, too.
+        if type(size) is not int or size < 0:
             raise ValueError(f"the size of {name} is none")
         if not fingerprint.is_sha256(sha256):
             raise ValueError(f"the hash of {name} is none")

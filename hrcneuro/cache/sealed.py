@@ -17,11 +17,11 @@ import json
 import re
 from typing import Any
 
-_DECODE = json.JSONDecoder().decode
+_SCAN = json.JSONDecoder().scan_once
 # The form of json.dumps(indent=1, sort_keys=True), of a record's members.
 _HEAD, _TAIL = "{\n ", "\n}\n"
-_TO_PARTS, _TO_PROVENANCE, _TO_SEAL = ',\n "parts": {\n  "', '\n },\n "provenance": ', ',\n "seal": "'
-_BEHIND_SEAL, _BETWEEN_PARTS = '",\n ', ',\n  "'
+_TO_PARTS, _TO_OWN, _TO_TAIL = ',\n "parts": {\n  "', ',\n  "stage": ', '\n },\n "provenance": '
+_BETWEEN = ',\n  "'
 # Of a piece that many records have: in bytes, as anybody may have written it, and how many are kept.
 _LONGEST, _MOST = 65_536, 256
 _SHARED = ('code":', 'libs":', 'params":')
@@ -36,7 +36,7 @@ def read(data: bytes) -> Members | None:
     """Return what a record's text holds, without its seal, which is right; None where this is for a plain reading."""
     try:
         return _read(data.decode("ascii"))
-    except (ValueError, RecursionError):
+    except (ValueError, KeyError, RecursionError):
         return None
 
 
@@ -44,13 +44,15 @@ def _read(text: str) -> Members | None:
     if not (text.startswith(_HEAD) and text.endswith(_TAIL)):
         return None
     head, _, rest = text[len(_HEAD) : -len(_TAIL)].partition(_TO_PARTS)
-    middle, _, rest = rest.partition(_TO_PROVENANCE)
-    provenance, _, rest = rest.partition(_TO_SEAL)
-    seal, _, tail = rest.partition(_BEHIND_SEAL)
-    parts, of_parts = _joined([_part(f'"{piece}') for piece in middle.split(_BETWEEN_PARTS)])
-    own = [_parsed(piece) for piece in (head, f'"provenance": {provenance}', tail)]
-    own.insert(1, ({"parts": parts}, f'"parts":{{{of_parts}}}'))
-    content, canonical = _joined(own)
+    middle, _, tail = rest.partition(_TO_TAIL)
+    shared, _, own = middle.rpartition(_TO_OWN)
+    parts, of_parts = _joined([*[_part(f'"{piece}') for piece in shared.split(_BETWEEN)], _parsed(f'"stage": {own}')])
+    end, of_end = _parsed(f'"provenance": {tail}')
+    seal = end.pop("seal")
+    # Where the same stands there more than once, and the first is another's, the digest differs.
+    of_end = of_end.replace(f',"seal":"{seal}"', "", 1)
+    pieces = [_parsed(head), ({"parts": parts}, f'"parts":{{{of_parts}}}'), (end, of_end)]
+    content, canonical = _joined(pieces)
     return content if hashlib.sha256(f"{{{canonical}}}".encode()).hexdigest() == seal else None
 
 
@@ -74,9 +76,12 @@ def _part(piece: str) -> tuple[Members, str]:
 def _parsed(piece: str) -> tuple[Members, str]:
     """Return the members that a piece lists, and their text without the blanks between tokens."""
     text = f"{{{piece}}}"
-    members = _DECODE(text)
-    if _NO_END_OF_STRING.search(text):
-        raise ValueError("it may have blanks in a string that look like those between tokens")
+    try:
+        members, end = _SCAN(text, 0)
+    except StopIteration as error:
+        raise ValueError("it is no JSON") from error
+    if end != len(text) or _NO_END_OF_STRING.search(text):
+        raise ValueError("it is no list of members, or may have blanks in a string that look like those between tokens")
     # In JSON no string has an end of a line in it.
     return members, _END_OF_LINE.sub("", text[1:-1]).replace('": ', '":')
 

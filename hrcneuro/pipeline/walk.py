@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import concurrent.futures as futures
-from collections.abc import Callable, Collection, Iterable, Mapping
+import contextlib
+import gc
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +70,9 @@ class Run:
     def plan(self, forced: Iterable[Task] = ()) -> list[Item]:
         """Return what would happen, without running, writing or locking anything."""
         forced = set(forced)
-        for node in self.nodes.values():
-            self._foresee(node, force=node.task in forced)
+        with _no_collection():
+            for node in self.nodes.values():
+                self._foresee(node, force=node.task in forced)
         for node in reversed(self.nodes.values()):
             if node.item.state is State.WOULD_RUN:
                 for source in self._lacking(node):
@@ -300,3 +303,15 @@ class Run:
         node.item.artifacts = {name: f"{folder}/{name}" for name in record.outputs if name not in node.dropped}
         if not dry:
             self.workdir.point(record)
+
+
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Do not look for garbage: all that a plan makes of thousands of tasks stays, and would be looked through again."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()

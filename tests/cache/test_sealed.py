@@ -23,7 +23,7 @@ JSON = st.recursive(
 # Members of a record's own names in what it holds.
 TABLE = st.dictionaries(TEXT | st.sampled_from(["parts", "provenance", "seal", "code", "inputs"]), JSON, max_size=4)
 OUTPUTS = {"a.txt": {"sha256": "0" * 64, "size": 3}, "deep/b.fif": {"sha256": "f" * 64, "size": 0}}
-PARTS = st.fixed_dictionaries({"stage": TEXT, "params": TABLE, "code": TABLE, "inputs": TABLE, "libs": TABLE})
+PARTS = st.fixed_dictionaries({"stage": TEXT, "params": TABLE, "unit": TEXT, "code": TABLE, "inputs": TABLE})
 BYTES = st.sampled_from([b" ", b"\n", b"\n ", b'"', b":", b": ", b",", b",\n ", b"\\", b"{", b"}", b"1", b"\xff", b""])
 
 
@@ -69,7 +69,8 @@ def test_of_a_damaged_record_nothing_else_is_read_in_pieces(data):
 
 def written(folder, **parts):
     folder.mkdir(parents=True, exist_ok=True)
-    write_record(folder, Record(*NAME, parts={"code": {"m": "x"}, "params": {"a": 1.5}, **parts}, outputs=OUTPUTS))
+    parts = {"stage": "erp", "unit": "s01", "code": {"m": "x"}, "params": {"a": 1.5}, **parts}
+    write_record(folder, Record(*NAME, parts=parts, outputs=OUTPUTS))
     return (folder / RECORD).read_bytes()
 
 
@@ -87,7 +88,9 @@ def test_no_byte_of_a_record_can_go_or_change_unseen(tmp_path):
     ("old", "new"),
     [
         ('"size": 3', '"size": 3,\n   "size": 3'),
-        ('"stage": "erp"', '"stage": "erp",\n "stage": "erp"'),
+        ('\n "stage": "erp"', '\n "stage": "erp",\n "stage": "erp"'),
+        ('\n  "stage": "erp"', '\n  "stage": "erp",\n  "stage": "erp"'),
+        (',\n "stage": "erp"', ',\n "seal": "",\n "stage": "erp"'),
         ('"code": {', '"code": {},\n  "code": {'),
         ('\n "unit": "s01"\n', '\n "unit": "s01",\n \n'),
         ('{\n "key"', '{\n ,\n "key"'),
@@ -129,7 +132,8 @@ def test_a_look_at_a_damaged_entry_finds_what_a_plain_one_does(tmp_path, monkeyp
         with store.workspace(*name) as work:
             (work / "a.txt").write_text("text")
             (work / "b.fif").write_text("signal")
-            store.publish(Record(*name, parts={"code": {"m": "x"}}, outputs={}, summary={"n": number}), work)
+            parts = {"stage": "erp", "unit": name[1], "code": {"m": "x"}}
+            store.publish(Record(*name, parts=parts, outputs={}, summary={"n": number}), work)
         _damage(store.folder(*name), number % 10, draw)
         both += [(name, slim) for slim in (False, True)]
     for plain in (False, True):
