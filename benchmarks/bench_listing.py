@@ -2,8 +2,8 @@
 
 A small synthetic study of two subjects is computed once. Its records, with other units and keys, and files of a few
 bytes stand for those of a study of hundreds, under the keys that such a study has: an executor publishes them where a
-worker would compute. Then ``hrcneuro status`` is timed in processes of its own, of a program whose modules are compiled,
-and look-ups in a cache that grows from 10^2 to 10^5 entries. The exit code is 1 where a status of the numbers takes a
+worker would compute. Then ``hrcneuro status`` is timed in processes of its own, with modules that are compiled, and
+look-ups in a cache that grows from 10^2 to 10^5 entries. The exit code is 1 where a status of the numbers takes a
 second of the processor or more, or a look-up in the largest cache more than one and a half times that in the smallest.
 """
 

@@ -17,7 +17,7 @@ import json
 import re
 from typing import Any
 
-_SCAN = json.JSONDecoder().scan_once
+_READ = json.JSONDecoder().raw_decode
 # The form of json.dumps(indent=1, sort_keys=True), of a record's members.
 _HEAD, _TAIL = "{\n ", "\n}\n"
 _TO_PARTS, _TO_OWN, _TO_TAIL = ',\n "parts": {\n  "', ',\n  "stage": ', '\n },\n "provenance": '
@@ -76,10 +76,7 @@ def _part(piece: str) -> tuple[Members, str]:
 def _parsed(piece: str) -> tuple[Members, str]:
     """Return the members that a piece lists, and their text without the blanks between tokens."""
     text = f"{{{piece}}}"
-    try:
-        members, end = _SCAN(text, 0)
-    except StopIteration as error:
-        raise ValueError("it is no JSON") from error
+    members, end = _READ(text)
     if end != len(text) or _NO_END_OF_STRING.search(text):
         raise ValueError("it is no list of members, or may have blanks in a string that look like those between tokens")
     # In JSON no string has an end of a line in it.

@@ -10,8 +10,8 @@ import typer
 from hrcneuro.cli import declare
 
 FILES = {
-    **{name: "run" for name in ("run", "status", "show", "path", "report")},
-    **{name: "stages" for name in ("preprocess", "epoch", "erp", "ersp", "rerp", "decode", "transfer", "calibrate")},
+    **dict.fromkeys(("run", "status", "show", "path", "report"), "run"),
+    **dict.fromkeys(("preprocess", "epoch", "erp", "ersp", "rerp", "decode", "transfer", "calibrate"), "stages"),
     # Which adds to the group that cache.py declares.
     "cache": "transfer",
     **{name: name for name in ("acquire", "amp", "config", "doctor", "experiment", "export", "init", "multiverse")},
