@@ -20,8 +20,9 @@ def main() -> None:
     try:
         # What is imported stays: looking through it for garbage takes a tenth of the time of --help.
         gc.disable()
-        from hrcneuro.cli.app import app
+        from hrcneuro.cli import named
 
+        app = named.program([] if _ASKED in os.environ else sys.argv[1:])
         gc.freeze()
         gc.enable()
         if _ASKED in os.environ:

@@ -115,8 +115,9 @@ def read_file(path: str | Path, *, max_bytes: int = LARGEST) -> bytes:
     Raises:
         OSError: It cannot be read, is no regular file, or has more than ``max_bytes`` bytes.
     """
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        about = os.fstat(file.fileno())
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        about = os.fstat(handle)
         if not stat.S_ISREG(about.st_mode):
             folder = stat.S_ISDIR(about.st_mode)
             words = f"it is no file but a {'folder' if folder else 'device or a pipe'}"
@@ -124,7 +125,15 @@ def read_file(path: str | Path, *, max_bytes: int = LARGEST) -> bytes:
         if about.st_size > max_bytes:
             raise OSError(errno.EFBIG, f"it has more than {max_bytes} bytes", os.fspath(path))
         # Not read with the limit for a length, which would take that much memory each time.
-        return file.read()
+        found = os.read(handle, about.st_size + 1)
+        if len(found) == about.st_size:
+            return found
+        # It grows, or came in pieces: from the beginning, to its end.
+        with open(os.dup(handle), "rb") as file:
+            file.seek(0)
+            return file.read()
+    finally:
+        os.close(handle)
 
 
 def read_json(path: str | Path, *, max_bytes: int = LARGEST) -> Any:

@@ -13,6 +13,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
+from json.encoder import encode_basestring_ascii as _in_quotes
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,6 @@ from hrcneuro.cache.disk import read_json
 _SETTLED_NS = 2_000_000_000
 # A line of 150 bytes for each recording, and 300 for each module of the program.
 _LARGEST_MEMO = 2**26
-_MOST_ROWS = 1000
 _SHA256 = re.compile("[0-9a-f]{64}")
 # Made once: json.dumps makes another one each time that it is asked for anything but its defaults.
 _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=True)
@@ -34,7 +34,18 @@ def digest(value: Any) -> str:
 
 def digest_of(texts: Mapping[str, str]) -> str:
     """Return what :func:`digest` does, of a table whose values are in canonical form already."""
-    return _sha256(joined(texts))
+    if not texts:
+        return _sha256("{}")
+    first, *others = sorted(texts)
+    # Of keys, the first part is the code of a stage: thousands of bytes, the same for all subjects.
+    hashed = _begun(first, texts[first]).copy()
+    hashed.update("".join([f",{_in_quotes(name)}:{texts[name]}" for name in others]).encode() + b"}")
+    return hashed.hexdigest()
+
+
+@functools.lru_cache(maxsize=128)
+def _begun(name: str, text: str) -> hashlib._Hash:
+    return hashlib.sha256(f"{{{_in_quotes(name)}:{text}".encode())
 
 
 def _sha256(text: str) -> str:
@@ -43,33 +54,7 @@ def _sha256(text: str) -> str:
 
 def canonical(value: Any) -> str:
     """Return a JSON-able value in canonical form: sorted keys, no blanks."""
-    return _CANONICAL.encode(value)
-
-
-def shared(value: Any) -> str:
-    """Return a value in canonical form, from memory where it is a table of texts, as many records hold the same.
-
-    Texts alone: of other values some are equal that are written in another way, as 1 and true. What is larger than a
-    table of hashes is not kept: anybody may have written it.
-    """
-    if isinstance(value, dict) and len(value) <= _MOST_ROWS and all(map(_is_short, value.items())):
-        return _table(tuple(value.items()))
-    return canonical(value)
-
-
-def _is_short(row: tuple[str, Any]) -> bool:
-    name, text = row
-    return type(text) is str and len(text) <= 64 and len(name) <= 200
-
-
-@functools.lru_cache(maxsize=256)
-def _table(pairs: tuple[tuple[str, str], ...]) -> str:
-    return canonical(dict(pairs))
-
-
-def joined(texts: Mapping[str, str]) -> str:
-    """Return a table in canonical form, of its values in canonical form."""
-    return f"{{{','.join(f'{canonical(name)}:{texts[name]}' for name in sorted(texts))}}}"
+    return _in_quotes(value) if type(value) is str else _CANONICAL.encode(value)
 
 
 def file_digest(path: Path) -> str:
@@ -138,10 +123,11 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
     # What was read by another reader (this file, or Python's grammar) is no memory of what this one would find.
     kind = f"code {file_digest(Path(__file__))[:8]} {sys.version_info[0]}.{sys.version_info[1]}"
     hashes: dict[str, str] = {}
+    listed = functools.cache(_listed)
     todo = [module]
     while todo:
         name = todo.pop()
-        path = _module_path(name, root)
+        path = _module_path(name, root, listed)
         if name in hashes or path is None:
             continue
         read = functools.partial(read_code, name=name, package=package)
@@ -197,12 +183,22 @@ def _is_code(value: Any) -> bool:
     return isinstance(value[1], list) and all(isinstance(name, str) for name in value[1])
 
 
-def _module_path(name: str, root: Path) -> Path | None:
-    base = root.parent.joinpath(*name.split("."))
-    for path in (base.with_suffix(".py"), base / "__init__.py"):
-        if path.is_file():
-            return path
-    return None
+def _module_path(name: str, root: Path, listed: Callable[[str], frozenset[str]]) -> Path | None:
+    # By what is in its folder: of thousands of names most are no modules, and to look for each takes longer.
+    *above, last = name.split(".")
+    folder = os.path.join(root.parent, *above)
+    path = f"{folder}/{last}.py"
+    if f"{last}.py" in listed(folder) and os.path.isfile(path):
+        return Path(path)
+    path = f"{folder}/{last}/__init__.py"
+    return Path(path) if last in listed(folder) and os.path.isfile(path) else None
+
+
+def _listed(folder: str) -> frozenset[str]:
+    try:
+        return frozenset(os.listdir(folder))
+    except OSError:
+        return frozenset()
 
 
 def _imports(tree: ast.Module, folder: str) -> set[str]:

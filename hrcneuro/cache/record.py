@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import re
 import stat
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from hrcneuro.cache import fingerprint
+from hrcneuro.cache import fingerprint, sealed
 from hrcneuro.cache.disk import LARGEST, parse_json, read_file, read_json
 from hrcneuro.errors import is_utf8
 
@@ -24,6 +25,8 @@ _KEY = re.compile("[0-9a-f]{16}")
 # A stage's or a unit's name, and each part of a file's: nothing that leads elsewhere, or that hides.
 _NAME = re.compile(r"[\w-][^\x00-\x1f\x7f/\\]{0,199}")
 _MOST_BYTES = 255  # that a file system takes for a name
+# Of the names of files most are so; that they are inside is seen at a glance.
+_PLAIN_NAME = re.compile("[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")
 _MOST_FILES = 10_000
 
 Entry = tuple[str, str, str]
@@ -66,7 +69,7 @@ def write_record(folder: Path, record: Record) -> None:
     (folder / RECORD).write_text(f"{text}\n", encoding="utf-8")
 
 
-def read_record(folder: Path) -> Record | None:
+def read_record(folder: Path | str) -> Record | None:
     """Return the record of an entry, or None where it is missing, unreadable or not as it was written."""
     try:
         return parse_record(read_file(f"{folder}/{RECORD}"))
@@ -75,7 +78,7 @@ def read_record(folder: Path) -> Record | None:
 
 
 def parse_record(data: bytes) -> Record:
-    """Return the record that a file holds, whoever wrote it.
+    """Return the record that a file holds, whoever wrote it; records may share what is equal in them.
 
     Raises:
         ValueError: It is not as it was written, or names files that lie outside its entry or cannot be together.
@@ -83,26 +86,21 @@ def parse_record(data: bytes) -> Record:
     if len(data) > LARGEST:
         raise ValueError(f"it has more than {LARGEST} bytes")
     try:
-        content = parse_json(data)
-        seal = content.pop("seal")
-        if seal != _digest(content):
-            raise ValueError("its seal is broken: it was altered")
-        record = Record(**content)
+        content = sealed.read(data)
+        record = Record(**(_plainly(data) if content is None else content))
     except (TypeError, AttributeError, KeyError) as error:
         raise ValueError("it is no record") from error
     _check_form(record)
     return record
 
 
-def _digest(content: Mapping[str, Any]) -> str:
-    """Return the digest of what a record holds: that of the whole, of which the code of a stage is written once."""
-    texts = {name: fingerprint.canonical(value) for name, value in content.items() if name != "parts"}
-    parts = content["parts"]
-    if isinstance(parts, dict):
-        texts["parts"] = fingerprint.joined({name: fingerprint.shared(part) for name, part in parts.items()})
-    else:
-        texts["parts"] = fingerprint.canonical(parts)
-    return fingerprint.digest_of(texts)
+def _plainly(data: bytes) -> dict[str, Any]:
+    """Return what a text holds, in whatever form of JSON, without its seal."""
+    content: dict[str, Any] = parse_json(data)
+    seal = content.pop("seal")
+    if seal != fingerprint.digest(content):
+        raise ValueError("its seal is broken: it was altered")
+    return content
 
 
 def _check_form(record: Record) -> None:
@@ -116,9 +114,9 @@ def _check_form(record: Record) -> None:
     for name, about in record.outputs.items():
         if not is_inside(name):
             raise ValueError(f"{name!r} is no name of a file of an entry")
-        size = about.get("size") if isinstance(about, dict) else None
-        sha256 = about.get("sha256") if isinstance(about, dict) else None
-        if not isinstance(size, int) or isinstance(size, bool) or size < 0:
+        size, sha256 = (about.get("size"), about.get("sha256")) if isinstance(about, dict) else (None, None)
+        # By its type: True is an int, too.
+        if type(size) is not int or size < 0:
             raise ValueError(f"the size of {name} is none")
         if not fingerprint.is_sha256(sha256):
             raise ValueError(f"the hash of {name} is none")
@@ -127,17 +125,21 @@ def _check_form(record: Record) -> None:
 
 def _check_apart(names: Iterable[str]) -> None:
     folders = {str(folder) for name in names if "/" in name for folder in PurePosixPath(name).parents}
-    if both := sorted(folders.intersection(names)):
+    if folders and (both := sorted(folders.intersection(names))):
         raise ValueError(f"{both[0]} is to be a file and a folder")
 
 
 def is_inside(name: str) -> bool:
     """Return whether a relative name with slashes can be a file's of an entry, in plain sight, beside its record."""
+    if _PLAIN_NAME.fullmatch(name):
+        return name != RECORD
     return len(name) < 1000 and all(_is_name(part) and part != RECORD for part in name.split("/"))
 
 
 def _is_name(part: str) -> bool:
     """Return whether a text can be the name of a file or folder, and leads nowhere else."""
+    if _PLAIN_NAME.fullmatch(part):
+        return True
     return _NAME.fullmatch(part) is not None and is_utf8(part) and len(part.encode()) <= _MOST_BYTES
 
 
@@ -147,30 +149,39 @@ def is_entry(entry: tuple[str, ...]) -> bool:
     return _is_name(stage) and _is_name(unit) and is_key(key)
 
 
-def dropped(folder: Path) -> frozenset[str]:
+def dropped(folder: Path | str) -> frozenset[str]:
     """Return the names of an entry's files that were dropped to save disk and are not there."""
     try:
         content = read_json(f"{folder}/{SLIM}")
     except (OSError, ValueError):
         return frozenset()
     names = [name for name in content if isinstance(name, str)] if isinstance(content, list) else []
-    return frozenset(name for name in names if is_inside(name) and not os.path.lexists(folder / name))
+    return frozenset(name for name in names if is_inside(name) and not os.path.lexists(f"{folder}/{name}"))
 
 
-def fault(folder: Path, record: Record, entry: Entry, *, verify: bool, without: Collection[str] = ()) -> str:
+def fault(
+    folder: Path | str,
+    record: Record,
+    entry: Entry,
+    *,
+    verify: bool,
+    without: Callable[[], Collection[str]] = tuple,
+) -> str:
     """Return what is wrong with the files of an entry, wherever they lie; an empty string where nothing is.
 
-    ``without`` are names of files that need not be there.
+    ``without`` returns names of files that need not be there; it is asked where one is missing.
     """
     if (record.stage, record.unit, record.key) != entry:
         return f"record.json is of {record.stage}/{record.unit}/{record.key}"
+    need_not: Collection[str] | None = None
     for name, expected in record.outputs.items():
         path = f"{folder}/{name}"
-        if name in without:
-            continue
         try:
             about = os.lstat(path)
         except OSError:
+            need_not = without() if need_not is None else need_not
+            if name in need_not:
+                continue
             return f"{name} is missing"
         if not stat.S_ISREG(about.st_mode):
             return f"{name} is no file but a {_kind(about.st_mode)}"
@@ -179,6 +190,26 @@ def fault(folder: Path, record: Record, entry: Entry, *, verify: bool, without: 
         if verify and fingerprint.file_digest(Path(path)) != expected["sha256"]:
             return f"the content of {name} has changed"
     return ""
+
+
+def sound(folder: str, entry: Entry, *, verify: bool, slim: bool) -> tuple[Record | None, frozenset[str]]:
+    """Return the record of a sound entry that lies in a folder, or None; and which of its files were dropped.
+
+    ``slim`` takes also one of which files were dropped for a sound one. The folder is a text: thousands of paths take
+    longer to make than to open.
+    """
+    gone: frozenset[str] = frozenset()
+
+    def without() -> frozenset[str]:
+        nonlocal gone
+        gone = dropped(folder)
+        return gone
+
+    record = read_record(folder)
+    # Of few entries files were dropped: which, is looked for where one is missing.
+    if record is None or fault(folder, record, entry, verify=verify, without=without if slim else tuple):
+        return None, dropped(folder)
+    return record, gone
 
 
 def flaw(folder: Path, entry: Entry, *, verify: bool = False) -> str:
@@ -190,7 +221,7 @@ def flaw(folder: Path, entry: Entry, *, verify: bool = False) -> str:
     record = read_record(folder)
     if record is None:
         return "record.json is missing, unreadable or altered"
-    return fault(folder, record, entry, verify=verify, without=dropped(folder))
+    return fault(folder, record, entry, verify=verify, without=functools.partial(dropped, folder))
 
 
 def _kind(mode: int) -> str:

@@ -22,12 +22,10 @@ from hrcneuro.cache.locks import PATIENCE_S, Lock, wait_for
 from hrcneuro.cache.record import (
     Entry,
     Record,
-    dropped,
     entry_of,
-    fault,
     flaw,
     is_key,
-    read_record,
+    sound,
     write_record,
 )
 from hrcneuro.errors import HrcError
@@ -55,12 +53,13 @@ class Store:
 
         ``verify`` reads every byte; ``slim`` takes also one of which files were dropped to save disk.
         """
-        folder = self.folder(stage, unit, key)
-        record = read_record(folder)
-        without = dropped(folder) if slim else ()
-        if record is None or fault(folder, record, (stage, unit, key), verify=verify, without=without):
-            return None
-        return record
+        return self.look(stage, unit, key, verify=verify, slim=slim)[0]
+
+    def look(
+        self, stage: str, unit: str, key: str, *, verify: bool = False, slim: bool = False
+    ) -> tuple[Record | None, frozenset[str]]:
+        """Return what :meth:`lookup` does, and the names of the entry's files that were dropped to save disk."""
+        return sound(f"{self.root}/{stage}/{unit}/{key}", (stage, unit, key), verify=verify, slim=slim)
 
     def diagnose(self, stage: str, unit: str, key: str, *, verify: bool = False) -> str:
         """Return what is wrong with an entry that is there; an empty string where it is sound or absent."""

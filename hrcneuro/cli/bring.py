@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
 from hrcneuro.cache.bucket import without_login
-from hrcneuro.cli import results
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
@@ -87,6 +86,8 @@ def finished(
         whole: A whole study was: a stage is told in fewer lines.
         also: What failed and is of no item.
     """
+    from hrcneuro.cli import results
+
     talk = console(options)
     if not options.dry_run:
         asked = {(task.name, task.unit) for task in wanted}

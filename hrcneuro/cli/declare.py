@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from hrcneuro import __version__
 from hrcneuro.cli import completion
 from hrcneuro.cli.boundary import bounded
 from hrcneuro.cli.options import with_options
@@ -56,3 +57,22 @@ def command(
         return function
 
     return register
+
+
+@app.callback(invoke_without_command=True)
+def _main(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+    install_completion: Annotated[
+        bool, typer.Option("--install-completion", help="Teach your shell (bash, zsh or fish) what TAB offers.")
+    ] = False,
+    show_completion: Annotated[
+        bool, typer.Option("--show-completion", help="Print what your shell would be taught.")
+    ] = False,
+) -> None:
+    if version:
+        print(f"hrcneuro {__version__}")
+        raise typer.Exit
+    if install_completion or show_completion:
+        from hrcneuro.cli import shells
+
+        raise typer.Exit(shells.teach(install=install_completion))

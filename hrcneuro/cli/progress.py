@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from hrcneuro.answers.words import roughly
 from hrcneuro.pipeline.item import Item, State
 
 if TYPE_CHECKING:
@@ -53,6 +52,8 @@ class Progress:
 
     def lines(self) -> list[str]:
         """Return the lines to show: how far, how long; then a line a worker."""
+        from hrcneuro.answers.words import roughly
+
         now = self._clock()
         since = {place: now - self._since.get(place, now) for place in self.running}
         filled = _BAR * self.done // self.total if self.total else _BAR

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from hrcneuro import drawings, stages
 from hrcneuro.cache.formats import Formats
@@ -26,8 +27,7 @@ FORMATS: Formats = {
 _BEFORE_EXCLUSION = ("acquire", "preprocess", "epoch")
 
 
-@dataclass(frozen=True, order=True)
-class Task:
+class Task(NamedTuple):
     """A stage, or its pictures, and the unit that it runs on.
 
     Tasks sort in the order in which people read them: by stage, the group last, pictures behind all numbers.
@@ -35,7 +35,7 @@ class Task:
 
     rank: int
     unit: str
-    name: str = field(compare=False)
+    name: str
 
     @classmethod
     def of(cls, stage: str, unit: str) -> Task:

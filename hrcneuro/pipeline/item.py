@@ -42,6 +42,9 @@ class Word(enum.StrEnum):
     RAN = "ran"  # just now
 
 
+_WORDS = {State.HIT: Word.FRESH, State.RAN: Word.RAN, State.FAILED: Word.FAILED}
+
+
 @dataclass
 class Item:
     """A task's row.
@@ -80,8 +83,7 @@ class Item:
     @property
     def word(self) -> Word:
         """The task's state in a person's words: what waits for others is stale, or has never run."""
-        known = {State.HIT: Word.FRESH, State.RAN: Word.RAN, State.FAILED: Word.FAILED}
-        return known.get(self.state, Word.STALE if self.before else Word.NEVER_RUN)
+        return _WORDS.get(self.state, Word.STALE if self.before else Word.NEVER_RUN)
 
     def fail(self, error: HrcError) -> None:
         """Note what the task failed of."""

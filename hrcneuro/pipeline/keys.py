@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import fnmatch
+import functools
 import os
-from collections.abc import Iterable, Mapping
-from fnmatch import fnmatch
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +30,10 @@ def check_places(settings: Settings, workdir: Workdir) -> None:
     Raises:
         ConfigError: Recordings are to lie there.
     """
-    cache = workdir.cache.root
+    cache, real = workdir.cache.root, _real(workdir.cache.root)
     for stage, section in {**settings.sections, **settings.live}.items():
         for name, place in _places(section, workdir.folder, "recordings").items():
-            # By whichever link any of them is named; one that leads back to itself is another's to tell of.
-            subjects = [place / subject for subject in settings.study.subjects]
-            if any(_real(one).is_relative_to(_real(cache)) for one in (place, *subjects)):
+            if any(one == real or one.startswith(f"{real}/") for one in _all_real(place, settings.study.subjects)):
                 raise ConfigError(
                     f"{stage}.{name} = {str(place)!r} lies in the cache {cache}, of which anything may be deleted, and "
                     "what is kept there cannot be made again",
@@ -41,14 +41,33 @@ def check_places(settings: Settings, workdir: Workdir) -> None:
                 )
 
 
-def _real(path: Path) -> Path:
-    return Path(os.path.realpath(path))
+def _all_real(place: Path, subjects: Iterable[str]) -> Iterator[str]:
+    """Yield where a place and the subjects' folders in it lie, by whichever link any of them is named.
+
+    One that leads back to itself is another's to tell of.
+    """
+    real = _real(place)
+    yield real
+    for subject in subjects:
+        one = f"{real}/{subject}"
+        # What is no link in a folder that is named by none lies where it seems to: hundreds are looked at.
+        yield _real(one) if os.path.islink(one) else one
+
+
+def _real(path: str | Path) -> str:
+    return os.path.realpath(path).rstrip("/")
 
 
 def _places(config: Any, folder: Path, kind: str) -> dict[str, Path]:
     """Return the options that name a place of this kind: what is named is absolute, else it lies in ``folder``."""
     values = {f.name: getattr(config, f.name) for f in dataclasses.fields(config) if f.metadata.get(kind)}
     return {name: folder / value for name, value in values.items() if value}
+
+
+@functools.cache
+def _pattern(patterns: tuple[str, ...]) -> Callable[[str], object]:
+    """Return what tells of a name whether it fits one of these patterns of a shell."""
+    return re.compile("|".join(map(fnmatch.translate, patterns)) or "(?!)").match
 
 
 class Keys:
@@ -62,6 +81,7 @@ class Keys:
         # Of objects that live as long as this one, by their identity.
         self._texts: dict[int, str] = {}
         self._params: dict[tuple[int, str], dict[str, Any]] = {}
+        self._libs: dict[tuple[int, str], dict[str, str]] = {}
 
     def of(self, settings: Settings) -> Keys:
         """Return the same for another configuration in this working folder, with all that was hashed for this one."""
@@ -70,8 +90,9 @@ class Keys:
         # Options of drawings are in what their pictures share.
         other._static = {place: parts for place, parts in self._static.items() if not place[0].endswith(FIGURES)}
         # By identity: of what lives as long as these keys, and of no other's, whose numbers may be given anew.
-        other._texts = {id(parts["code"]): self._texts[id(parts["code"])] for parts in other._static.values()}
-        other._params = {}
+        kept = (id(part) for parts in other._static.values() for part in parts.values())
+        other._texts = {number: self._texts[number] for number in kept}
+        other._params, other._libs = {}, {}
         return other
 
     def key(self, parts: Mapping[str, Any]) -> str:
@@ -95,7 +116,7 @@ class Keys:
             config = self.settings.section(task.name, task.unit)
             stage = stages.load(task.name)
             parts["params"] = self._params_of(config, stage, task.unit)
-            parts["libs"] = {**parts["libs"], **_packages(task, config)}
+            parts["libs"] = self._libs_of(config, task, parts["libs"])
             if kept := self.settings.last_sources.get((task.name, task.unit)):
                 return {**parts, "sources": dict(kept)}
             files = stage.sources(config, task.unit)
@@ -110,8 +131,19 @@ class Keys:
         if place not in self._params:
             others = {name for side in stage.sides if side is not own for name in side.options}
             self._params[place] = {name: value for name, value in params(config).items() if name not in others}
-            self._texts[id(self._params[place])] = fingerprint.canonical(self._params[place])
+            self._write(self._params[place])
         return self._params[place]
+
+    def _libs_of(self, config: Any, task: Task, declared: Mapping[str, str]) -> dict[str, str]:
+        place = id(config), task.name
+        if place not in self._libs:
+            self._libs[place] = {**declared, **_packages(task, config)}
+            self._write(self._libs[place])
+        return self._libs[place]
+
+    def _write(self, part: Any) -> None:
+        """Write a part that many keys have, and that lives as long as these keys, in canonical form, once."""
+        self._texts[id(part)] = fingerprint.canonical(part)
 
     def config(self, task: Task) -> Any:
         """Return what a task is handed of the configuration: a stage its section, a drawing the options it names."""
@@ -137,15 +169,16 @@ class Keys:
 
     def matching(self, record: Record, need: Need) -> list[str]:
         """Return the names of an entry's files that are read."""
-        return [name for name in record.outputs if any(fnmatch(name, pattern) for pattern in need.files)]
+        fits = _pattern(need.files)
+        return [name for name in record.outputs if fits(name)]
 
     def _unchanging(self, task: Task) -> dict[str, Any]:
         """Return the parts that all subjects of a stage, or of its pictures, share."""
         place = (task.name, task.unit if task.draws and task.unit in OF_ALL else "")
         if place not in self._static:
             self._static[place] = self._of_drawing(task) if task.draws else self._of_stage(task)
-            code = self._static[place]["code"]
-            self._texts[id(code)] = fingerprint.canonical(code)
+            for part in self._static[place].values():
+                self._write(part)
         return self._static[place]
 
     def _of_stage(self, task: Task) -> dict[str, Any]:

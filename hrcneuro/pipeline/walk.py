@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import concurrent.futures as futures
-from collections.abc import Callable, Collection, Iterable, Mapping
+import contextlib
+import gc
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from hrcneuro import interrupts
 from hrcneuro.cache import why
-from hrcneuro.cache.record import Record, dropped
+from hrcneuro.cache.record import Record
 from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, Inputs
 from hrcneuro.errors import HrcError
@@ -68,8 +70,9 @@ class Run:
     def plan(self, forced: Iterable[Task] = ()) -> list[Item]:
         """Return what would happen, without running, writing or locking anything."""
         forced = set(forced)
-        for node in self.nodes.values():
-            self._foresee(node, force=node.task in forced)
+        with _no_collection():
+            for node in self.nodes.values():
+                self._foresee(node, force=node.task in forced)
         for node in reversed(self.nodes.values()):
             if node.item.state is State.WOULD_RUN:
                 for source in self._lacking(node):
@@ -204,8 +207,7 @@ class Run:
     def _lookup(self, node: Node, *, dry: bool) -> Record | None:
         cache, place = self.workdir.cache, (node.task.name, node.task.unit, node.item.key)
         slim = not node.fault and node.task not in self.whole
-        record = cache.lookup(*place, verify=self.verify, slim=slim)
-        node.dropped = dropped(cache.folder(*place))
+        record, node.dropped = cache.look(*place, verify=self.verify, slim=slim)
         if record is None and node.dropped:
             node.item.why = [node.without()]
         if record is None and (flaw := cache.diagnose(*place, verify=self.verify)):
@@ -295,8 +297,21 @@ class Run:
                 item.fail(error)
 
     def _accept(self, node: Node, record: Record, *, dry: bool = False) -> None:
-        node.record, folder = record, self._folder(record)
+        root = self.workdir.cache.root
+        node.record, folder = record, f"{root}/{record.stage}/{record.unit}/{record.key}"
         node.item.summary = record.summary
         node.item.artifacts = {name: f"{folder}/{name}" for name in record.outputs if name not in node.dropped}
         if not dry:
             self.workdir.point(record)
+
+
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Do not look for garbage: all that a plan makes of thousands of tasks stays, and would be looked through again."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()

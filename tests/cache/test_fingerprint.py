@@ -32,12 +32,6 @@ def test_a_key_is_the_digest_of_its_parts_whoever_has_written_some_of_them_befor
     assert fingerprint.key(parts) == fingerprint.key(parts, texts) == fingerprint.digest(parts)[:16]
 
 
-@pytest.mark.parametrize("table", [{}, {"a": 1}, {"a": True}, {"a": 1.0}, {"a": "1"}, {"b": "1", "a": "ü" * 99}, ["a"]])
-def test_what_is_remembered_of_a_table_is_its_canonical_form(table):
-    for _ in range(2):
-        assert fingerprint.shared(table) == fingerprint.canonical(table)
-
-
 @pytest.fixture
 def package(tmp_path):
     root = tmp_path / "house"
