@@ -140,6 +140,7 @@ def run(
         remark = source.remark if source is not None else origin.mark_of(origin.SYNTHETIC)
         opened = _outlets(stream, subject, signal_, types, faults, remark)
         rng = np.random.default_rng(study.sections["acquire"].seed)
+        network.visible()  # the first look takes a second, in which no sample would leave
         amplifier = Amplifier(signal_, opened, network.clock, faults=faults, rng=rng)
         twin = opened(_run_of(subject, "twin")) if any(one.kind == "twin" for one in faults) else None
         person = Person(amplifier, brain)

@@ -18,6 +18,7 @@ from hrcneuro.live.transport import Description, Inlet, Lost, Samples, connect
 _OPEN_S = 5.0
 _LOOK_S = 1.0
 _OFFSET_EVERY_S, _OFFSET_AGAIN_S = 5.0, 0.2
+_AT_ONCE_S = 1e-3
 _MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
 _MOST_TEXTS = 10_000
 _WAITS_S = 30  # so long samples wait for a recorder that is held up
@@ -151,9 +152,10 @@ class LslInlet:
         wait = 0.0
         while not self._closed.wait(wait):
             # What was not answered is asked again soon: until the first answer, no time of the sender's is known.
+            # liblsl measures by itself; who asks is not to wait for that, since nothing can be pulled meanwhile.
             wait = _OFFSET_AGAIN_S
             with contextlib.suppress(TimeoutError, RuntimeError):
-                offset = float(self._inlet.time_correction(timeout=2.0))
+                offset = float(self._inlet.time_correction(timeout=_AT_ONCE_S))
                 self._measured.append((float(self._clock()), offset))
                 wait = _OFFSET_EVERY_S
 
