@@ -117,6 +117,7 @@ def test_decisions_are_scored_by_whom_the_person_expects():
     np.testing.assert_allclose(scores.staying(one).mean, [4 / 12, 10 / 15])
     assert scores.pooled_takeovers(one) == (pytest.approx(9 / 15), pytest.approx(7 / 12))
     assert scores.pooled_rates(one) == Rates(tnr_hh=50, tpr_hr=80, tnr_rr=75, tpr_rh=75)
+    np.testing.assert_allclose(scores.level_rates(one).by_case, 100 * 18 / 27)
 
 
 def test_rates_of_cases_that_never_came_are_not_known():
