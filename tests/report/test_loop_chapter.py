@@ -113,7 +113,7 @@ def test_sim1_stands_beside_every_learner(name, tmp_path):
     like = replace(MODEL, kind=kinds(alpha=0.05, ddof=0, horizon=40.0)[name])
     null = null_of(steps, episodes, like, sessions=2, repetitions=20, seed=1)
     ends = [curve.mean[-1] for curve in null.sim1.values()]
-    assert len(ends) == 2
+    assert len(ends) == 3
     assert all(0.5 < end < 1 for end in ends)
 
 
