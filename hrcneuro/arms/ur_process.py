@@ -92,9 +92,9 @@ class _Driver:
     def _do(self, what: bytes, values: list[float]) -> None:
         if what == SPEED:
             self._moving = any(values)
-            self._commanded = seconds()
             # Refused where the program has ended: the next packet says so, and the session stops on it.
             self._control.speedJ(values, _ACCELERATION, PERIOD)
+            self._commanded = seconds()
         elif what == STOP:
             self._control.speedStop(values[0])
             self._moving = False
@@ -120,13 +120,14 @@ class _Driver:
         # nothing may move after a gap. A sign of life goes through the registers that commands go through, and the
         # robot reads them once a cycle: one that came right behind the command to rest would take its place, and the
         # arm would creep on. A command is a sign of life itself.
-        rest = threading.Event()
-        while not rest.wait(_AWAKE):
+        rest, wait = threading.Event(), _AWAKE
+        while not rest.wait(wait):
             with self._turn:
                 now = seconds()
-                lives, taken = now - self._asked <= _SESSION_LIVES, now - self._commanded > _TAKEN
-                if not self._moving and lives and taken:
+                lives, left = now - self._asked <= _SESSION_LIVES, self._commanded + _TAKEN - now
+                if not self._moving and lives and left <= 0.0:
                     self._control.kickWatchdog()
+                wait = _AWAKE if left <= 0.0 else left
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ parse each whole, and to write each anew in canonical form for its seal, takes m
 Why that reading cannot differ from a plain one: the text is cut behind commas, and each piece must be a list of members
 by itself; then the whole is the list of all of them, wherever the cuts were. The digest is that of the text without
 blanks. A record as it was written has a canonical text but for its blanks; so one of which blanks alone were changed
-passes here, as it does where it is read plainly, and of any other the digest differs, or this reading does not apply.
+passes here, as it does where it is read plainly, and of one that an accident changed otherwise the digest differs, or
+this reading does not apply. (No seal tells a forger, who can seal what he likes.)
 """
 
 from __future__ import annotations
@@ -44,6 +45,8 @@ def _read(text: str) -> Members | None:
     if not (text.startswith(_HEAD) and text.endswith(_TAIL)):
         return None
     head, _, rest = text[len(_HEAD) : -len(_TAIL)].partition(_TO_PARTS)
+    if not head.strip():
+        return None  # a comma would stand there without a member before it
     middle, _, tail = rest.partition(_TO_TAIL)
     shared, _, own = middle.rpartition(_TO_OWN)
     parts, of_parts = _joined([*[_part(f'"{piece}') for piece in shared.split(_BETWEEN)], _parsed(f'"stage": {own}')])

@@ -149,7 +149,7 @@ class Rehearsal:
         passed = self._began + now - self._network.now
         soon = self.learning is not None and self.learning.soon(passed)
         # A decision waits for samples: nothing happens to it before the next of them leave.
-        if passed >= (self._amplifier.leaves_s() if soon else _STEP_S):
+        if passed >= (self._amplifier.due_s() if soon else _STEP_S):
             self._step(passed)
 
     def _step(self, seconds: float) -> None:

@@ -165,7 +165,7 @@ class Amplifier:
         self._pulses.append((edge, code))
         return edge
 
-    def leaves_s(self) -> float:
+    def due_s(self) -> float:
         """Return in how many seconds of the clock the next chunk is due; no more than 0 where it has been."""
         return self.time_of(self.sent + self._chunk) + LATENCY_S - self._clock()
 

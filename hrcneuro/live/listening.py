@@ -7,7 +7,7 @@ from collections import deque
 from concurrent.futures import Future
 
 from hrcneuro.live.person import Person
-from hrcneuro.live.transport import MOVES, TRUTH, Clock, Inlet, Lost, Network
+from hrcneuro.live.transport import MOVES, TRUTH, UNMEASURED_S, Clock, Inlet, Lost, Network
 
 _LOOK_EVERY_S = 0.5
 _REMEMBERED = 20
@@ -22,6 +22,7 @@ class Listening:
         self._inlets: dict[str, Inlet] = {}
         self._opening: dict[str, Future[Inlet]] = {}
         self._offset: dict[str, float] = {}
+        self._since: dict[str, float] = {}
         self._heard: dict[str, deque[tuple[float, str]]] = {}
         self._looked = float("-inf")
 
@@ -34,9 +35,9 @@ class Listening:
         # Truth first: a marker that came with it must find it.
         for name in (TRUTH, MOVES):
             if name in self._opening and self._opening[name].done():
-                self._begin(name, self._opening.pop(name))
+                self._begin(name, self._opening.pop(name), now)
             if name in self._inlets:
-                self._take(name)
+                self._take(name, now)
 
     def _find(self) -> None:
         """Listen to the run of each stream that is there: a session that is begun anew is another run of it."""
@@ -49,22 +50,24 @@ class Listening:
                 # Whoever steps sends samples, too: a connection is not waited for.
                 self._opening[name] = self._network.opening(runs[-1])
 
-    def _begin(self, name: str, opening: Future[Inlet]) -> None:
+    def _begin(self, name: str, opening: Future[Inlet], now: float) -> None:
         with contextlib.suppress(Lost):
             opened = opening.result()
             if name in self._inlets:
-                self._take(name)
+                self._take(name, now)
             if name in self._inlets:
                 self._inlets[name].close()
-            self._inlets[name] = opened
+            self._inlets[name], self._since[name] = opened, now
             self._offset.pop(name, None)
 
-    def _take(self, name: str) -> None:
+    def _take(self, name: str, now: float) -> None:
         inlet = self._inlets[name]
         try:
-            samples = inlet.pull()
             for _, offset in inlet.offsets():
                 self._offset[name] = offset
+            if name not in self._offset and now - self._since[name] < UNMEASURED_S:
+                return
+            samples = inlet.pull()
         except Lost:
             self._inlets.pop(name).close()
             return

@@ -18,7 +18,7 @@ from hrcneuro.live.transport import Description, Inlet, Lost, Samples, connect
 _OPEN_S = 5.0
 _LOOK_S = 1.0
 _OFFSET_EVERY_S, _OFFSET_AGAIN_S = 5.0, 0.2
-_AT_ONCE_S = 1e-3
+_AT_ONCE_S, _LEAVE_S = 1e-3, 0.5
 _MOST_BYTES = 500_000  # of one pull; what is left is pulled at once
 _MOST_TEXTS = 10_000
 _WAITS_S = 30  # so long samples wait for a recorder that is held up
@@ -141,6 +141,11 @@ class LslInlet:
         """Receive no more; nobody waits for it: of a stream that is gone, liblsl takes seconds to let go."""
         self._closed.set()
 
+    def leave(self, seconds: float) -> None:
+        """Wait so long, at most, until liblsl has let go of what was closed."""
+        if self._closed.is_set():
+            self._thread.join(seconds)
+
     def _attend(self) -> None:
         self._measure()
         with contextlib.suppress(TimeoutError, RuntimeError):
@@ -225,6 +230,7 @@ class LslNetwork:
         self._lsl = library("streams come through")
         self.clock = self._lsl.local_clock
         self._seen: list[Description] = []
+        self._inlets: list[LslInlet] = []
         self._looked = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._look, name="streams", daemon=True)
@@ -236,6 +242,9 @@ class LslNetwork:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._closed.set()
         self._thread.join(2 * _LOOK_S)
+        # What still runs in liblsl when the process ends may break it.
+        for inlet in self._inlets:
+            inlet.leave(_LEAVE_S)
 
     def visible(self) -> list[Description]:
         """Return the streams that were there a second ago."""
@@ -244,7 +253,9 @@ class LslNetwork:
 
     def open(self, description: Description) -> LslInlet:
         """Return a stream that is received from now on. Raises :class:`Lost` where it does not answer."""
-        return LslInlet(self._lsl, description)
+        inlet = LslInlet(self._lsl, description)
+        self._inlets.append(inlet)
+        return inlet
 
     def opening(self, description: Description) -> Future[Inlet]:
         """Return what :meth:`open` will: a thread of its own waits for the connection."""

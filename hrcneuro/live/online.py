@@ -23,7 +23,7 @@ from hrcneuro.live.decisions import BLOCK, BREAK, STRANGE, Known, Trial, begin_l
 from hrcneuro.live.hearing import Hearing
 from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
-from hrcneuro.live.transport import Clock, Lost, Network, Samples
+from hrcneuro.live.transport import UNMEASURED_S, Clock, Lost, Network, Samples
 from hrcneuro.live.watch import Event
 
 Publish = Callable[[str, float], None]
@@ -94,7 +94,7 @@ class Online:
         now = clock()
         self.hearing = Hearing(network, options.markers, subject, now, strange=self._odd, tell=tell)
         self.hearing.look()
-        self._looked, self._came = float("-inf"), now
+        self._looked, self._came, self._returned = float("-inf"), now, float("-inf")
         self._first, self._seen = True, 0
         self._begins: tuple[float, np.ndarray | None] | None = None
         self._lost = ""
@@ -248,6 +248,8 @@ class Online:
     # --- markers --------------------------------------------------------------------------------------------------
 
     def _hear(self, now: float) -> None:
+        if math.isnan(self.eeg.offset) and now - self._returned < UNMEASURED_S:
+            return
         for tags, text, stamp, when in self.hearing.hear(now):
             block = "trial" not in tags
             if block or np.isnan(self._difference):
@@ -281,7 +283,7 @@ class Online:
             self.eeg = online_streams.opened(self._network, again, self._decoder, self._options)
             self.deciding.begin_stream()
             self._difference, self._after, self._lost, self._first = float("nan"), float("-inf"), "", True
-            self._came = self._clock()
+            self._came = self._returned = self._clock()
             self._tell("the EEG is back")
         elif silent >= self._options.lost_s:
             there = any(one.uid == was.uid for one in self._network.visible())

@@ -8,12 +8,13 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass
 from typing import Any
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.learning.online import SUBTASKS, Policy
 from hrcneuro.live.decisions import policy_in
-from hrcneuro.live.transport import DECISIONS, Clock, Description, Inlet, Lost, Network
+from hrcneuro.live.transport import DECISIONS, Clock, Description, Inlet, Lost, Network, abandon
 
 _LOOK_AGAIN_S, _GONE_S = 0.2, 3.0
 _MOST_TOLD = 20
@@ -33,6 +34,15 @@ def running(network: Network, subject: str) -> list[Description]:
     return [one for one in network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
 
 
+@dataclass(frozen=True)
+class _Opening:
+    """A connection that comes about: to which run, since when (s), and what it brings."""
+
+    uid: str
+    since: float
+    inlet: Future[Inlet]
+
+
 class Policies:
     """The policy of a running loop.
 
@@ -48,7 +58,7 @@ class Policies:
         """Hear nothing yet; ``clock`` is the receiver's."""
         self._network, self._clock, self._subject = network, clock, subject
         self._inlet: Inlet | None = None
-        self._opening: Future[Inlet] | None = None
+        self._opening: _Opening | None = None
         self._seen = float("-inf")  # when it was there, seconds of the clock
         self.policy: Policy | None = dict.fromkeys(SUBTASKS, 0.5)
         self.mode = self.decided = ""
@@ -70,7 +80,7 @@ class Policies:
                     cure=f"end all but one 'hrcneuro online {self._subject}'",
                 )
             self._open(there)
-            if self._inlet is None and self._clock() >= end:
+            if self._inlet is None and self._opening is None and self._clock() >= end:
                 raise HardwareError(
                     f"no closed loop of {self._subject} is there: nothing was heard of the stream {DECISIONS!r} for "
                     f"{patience_s:g} s",
@@ -93,7 +103,8 @@ class Policies:
                 self.close()
         if self._inlet is None:
             self._open(there)
-        if self._inlet is not None:
+        connecting = self._opening is not None and now - self._opening.since < _GONE_S
+        if self._inlet is not None or connecting:
             return ""
         return (
             f"{len(there)} closed loops are running: end all but one" if len(there) > 1 else "the closed loop is gone"
@@ -113,24 +124,27 @@ class Policies:
 
     def close(self) -> None:
         """Hear no more."""
+        if self._opening is not None:
+            abandon(self._opening.inlet)
+            self._opening = None
         if self._inlet is not None:
             self._inlet.close()
             self._inlet = None
 
     def _open(self, there: list[Description]) -> None:
         """Begin to connect to the only one, or take up what has come of that; never waits."""
+        if self._opening is not None and [one.uid for one in there] != [self._opening.uid]:
+            abandon(self._opening.inlet)
+            self._opening = None
         if len(there) != 1:
             return
-        self._opening = self._opening or self._network.opening(there[0])
-        if not self._opening.done():
+        if self._opening is None:
+            self._opening = _Opening(there[0].uid, self._clock(), self._network.opening(there[0]))
+        if not self._opening.inlet.done():
             return
         opening, self._opening = self._opening, None
         with contextlib.suppress(Lost):
-            inlet = opening.result()
-            if inlet.description.uid == there[0].uid:
-                self._inlet, self._seen = inlet, self._clock()
-            else:
-                inlet.close()
+            self._inlet, self._seen = opening.inlet.result(), self._clock()
 
     def _take(self, text: str) -> None:
         try:

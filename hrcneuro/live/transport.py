@@ -32,6 +32,9 @@ TRIGGER_TYPES = ("stim", "trigger", "triggers", "marker")
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
 
+UNMEASURED_S = 2.5
+"""So long what has come waits for the first measurement of the clocks' difference: before it, no stamp tells a time."""
+
 DECISIONS = "hrcneuro-decisions"
 """The stream on which the closed loop tells its decisions and its policy, a text each, JSON."""
 
@@ -126,9 +129,17 @@ class Network(Protocol):
 
 
 def connect(future: Future[Inlet], opens: Callable[[], Inlet]) -> Future[Inlet]:
-    """Open a stream for who waits for it, and return that; :class:`Lost` is theirs to see."""
+    """Open a stream for who waits for it, and return that; :class:`Lost`, for whatever cause, is theirs to see."""
     try:
         future.set_result(opens())
     except Lost as error:
         future.set_exception(error)
+    except Exception as error:
+        # Else whoever asks whether it is done would ask for ever.
+        future.set_exception(Lost(f"it cannot be received ({type(error).__name__}: {error})"))
     return future
+
+
+def abandon(future: Future[Inlet]) -> None:
+    """Close what a connection that nobody waits for any more may still bring."""
+    future.add_done_callback(lambda done: None if done.exception() else done.result().close())

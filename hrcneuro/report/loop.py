@@ -29,9 +29,8 @@ _SAID = (
 )
 
 _WHY_OTHER = (
-    "In SIM1 the four cases come equally often, in a session as paths and actors make them; where most come in which "
-    "decisions are more often right, more is learned. SIM1 'as often right' has the session's share of right decisions "
-    "in each case."
+    "In SIM1 the four cases come equally often. In a session some come more often than others; where those are decided "
+    "rightly more often, more is learned. SIM1 at one rate in all cases has the session's own share of right decisions."
 )
 
 
@@ -98,7 +97,7 @@ def null_of(
             name: scores.sim1(r, model.kind, episodes=count, repetitions=repetitions, seed=seed, tau=model.tau)
             for name, r in (
                 ("at these rates", rates),
-                ("as often right", scores.level_rates(played)),
+                ("at one rate in all cases", scores.level_rates(played)),
                 ("at the paper's", PAPER),
             )
         }

@@ -1,5 +1,6 @@
 """Streams at virtual pace with what tests vary: clocks that differ, streams that cannot be reached or vanish."""
 
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
@@ -61,3 +62,21 @@ class Amplifier:
         keep = np.array([n not in self.skip for n in numbers])
         stamps = self.began + self.ahead + numbers / self.sfreq
         self.sender.push(stamps[keep], values[keep])
+
+
+class SlowNetwork(Network):
+    """A connection is received from at once, and stands only once :meth:`connect` is called: as LSL's do."""
+
+    def __init__(self, *outlets):
+        super().__init__(*outlets)
+        self.connecting = []
+
+    def opening(self, description):
+        future = Future()
+        self.connecting.append((future, self.open(description)))
+        return future
+
+    def connect(self):
+        for future, inlet in self.connecting:
+            future.set_result(inlet)
+        self.connecting = []

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from virtual_streams import SlowNetwork
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.live.policies import Policies, source_of
@@ -121,3 +122,38 @@ def test_a_subject_whose_name_begins_alike_is_another():
     network = VirtualNetwork(loop("s011"), loop("s01-online", 3))
     with pytest.raises(HardwareError):
         Policies(network, network.clock, "s01").find(network.wait, patience_s=0.0)
+
+
+def test_a_loop_that_is_being_connected_to_is_not_gone():
+    network = SlowNetwork(loop())
+    one = Policies(network, network.clock, "s01")
+
+    def wait(seconds):
+        network.now += seconds
+        if network.now > 1001.0:
+            network.connect()
+
+    one.find(wait, patience_s=0.0)
+    network.outlets[0].there = False
+    network.now += 5.0
+    assert one.look() == "the closed loop is gone"
+    network.outlets.append(loop(number=8))
+    assert one.look() == ""
+    network.outlets[1].there = False
+    network.outlets.append(loop(number=9))
+    assert one.look() == ""
+    abandoned = network.connecting[0][1]
+    network.connect()
+    assert one.look() == ""
+    network.outlets[2].send(text(), network.now)
+    one.pull()
+    assert one.policy == POLICY
+    assert abandoned not in network.outlets[1].inlets
+
+
+def test_a_connection_that_never_stands_is_a_loop_that_is_gone():
+    network = SlowNetwork(loop())
+    one = Policies(network, network.clock, "s01")
+    assert one.look() == ""
+    network.now += 3.0
+    assert one.look() == "the closed loop is gone"

@@ -71,7 +71,7 @@ def test_the_null_model_goes_as_what_was_played(written):
     for name in ("null", "independent"):
         cases = getattr(null, name).decisions.sum(axis=(0, 2))
         assert (cases > 0).all()
-    assert set(null.sim1) == {"at these rates", "as often right", "at the paper's"}
+    assert set(null.sim1) == {"at these rates", "at one rate in all cases", "at the paper's"}
 
 
 def test_the_null_model_decides_as_rightly_as_was_measured_where_the_person_adapts():
