@@ -10,10 +10,14 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from hypothesis import settings
 from started import Starter, read_once
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
+
+# The same examples each time, and no verdict on how long one took: other work may hold it up.
+settings.load_profile("ci")
 
 # A shell starts what runs in its background with interrupts ignored, and every child inherits that; so a test that
 # interrupts a command would wait for its end in vain. A handler, unlike that, is not inherited.
