@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from typing import Any
 
 from hrcneuro.live import online_streams
 from hrcneuro.live.parameters import Declared
-from hrcneuro.live.transport import UNMEASURED_S, Inlet, Lost, Network
+from hrcneuro.live.transport import UNMEASURED_S, Inlet, Lost, Network, Repeats
 from hrcneuro.paradigm import markers
 
 _AHEAD_S = 0.5  # clocks whose difference was measured do not differ by so much
 _BEFORE_S = 10.0
-_REMEMBERED = 20
 
 Heard = tuple[Mapping[str, Any], str, float, float]
 """Tags of a block's or a move's marker, its text, its stamp, and the same on the receiver's clock, seconds."""
@@ -55,7 +54,7 @@ class Hearing:
         self._inlet: Inlet | None = None
         self._opening: Future[Inlet] | None = None
         self._since: float | None = None
-        self._heard: deque[tuple[float, str]] = deque(maxlen=_REMEMBERED)
+        self._repeats = Repeats()
         self.offset, self.ended = float("nan"), False
         self.strange: Counter[str] = Counter()
 
@@ -104,10 +103,8 @@ class Hearing:
             return
         for stamp, row in zip(samples.stamps, samples.values, strict=True):
             text = str(row[0])
-            # Where two inlets of one run were open for a moment, each has it.
-            if (float(stamp), text) in self._heard:
+            if self._repeats.again(float(stamp), text):
                 continue
-            self._heard.append((float(stamp), text))
             tags = markers.end_in(text) or markers.block_in(text) or markers.move_in(text)
             if tags is None:
                 continue

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections import deque
 from concurrent.futures import Future
 
 from hrcneuro.live.person import Person
-from hrcneuro.live.transport import MOVES, TRUTH, UNMEASURED_S, Clock, Inlet, Lost, Network
+from hrcneuro.live.transport import MOVES, TRUTH, UNMEASURED_S, Clock, Inlet, Lost, Network, Repeats
 
 _LOOK_EVERY_S = 0.5
-_REMEMBERED = 20
 
 
 class Listening:
@@ -23,7 +21,7 @@ class Listening:
         self._opening: dict[str, Future[Inlet]] = {}
         self._offset: dict[str, float] = {}
         self._since: dict[str, float] = {}
-        self._heard: dict[str, deque[tuple[float, str]]] = {}
+        self._repeats = {name: Repeats() for name in (TRUTH, MOVES)}
         self._looked = float("-inf")
 
     def step(self) -> None:
@@ -72,13 +70,10 @@ class Listening:
             self._inlets.pop(name).close()
             return
         offset = self._offset.get(name, 0.0)
-        heard = self._heard.setdefault(name, deque(maxlen=_REMEMBERED))
         for stamp, row in zip(samples.stamps, samples.values, strict=True):
             said = float(stamp), str(row[0])
-            # Where two inlets of one run were open for a moment, each has it.
-            if said in heard:
+            if self._repeats[name].again(*said):
                 continue
-            heard.append(said)
             if name == TRUTH:
                 self._person.knows(said[1], offset)
             else:

@@ -6,6 +6,7 @@ apart. Who records or sends is handed a :class:`Network` and a clock, and reads 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -31,6 +32,8 @@ TRIGGER_TYPES = ("stim", "trigger", "triggers", "marker")
 
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
+
+_REMEMBERED = 20
 
 UNMEASURED_S = 2.5
 """So long what has come waits for the first measurement of the clocks' difference: before it, no stamp tells a time."""
@@ -126,6 +129,21 @@ class Network(Protocol):
 
     def opening(self, description: Description) -> Future[Inlet]:
         """Return what :meth:`open` will; never waits, though to connect may take seconds."""
+
+
+class Repeats:
+    """What was said last on a stream: where two inlets of one run were open for a moment, each has it."""
+
+    def __init__(self) -> None:
+        """Begin where nothing was said."""
+        self._said: deque[tuple[float, str]] = deque(maxlen=_REMEMBERED)
+
+    def again(self, stamp: float, text: str) -> bool:
+        """Return whether a text with this stamp has come before; it has from now on."""
+        if (stamp, text) in self._said:
+            return True
+        self._said.append((stamp, text))
+        return False
 
 
 def connect(future: Future[Inlet], opens: Callable[[], Inlet]) -> Future[Inlet]:
