@@ -18,17 +18,9 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.errors import HardwareError
 from hrcneuro.experiment.ahead import Ahead
 from hrcneuro.experiment.ports import Seen
+from hrcneuro.live.liblsl import apart
 
 _ENDS_S = 60.0
-_LSL = """[lab]
-KnownPeers = {{127.0.0.1}}
-SessionID = {session}
-[multicast]
-ResolveScope = machine
-[log]
-level = -2
-"""
-"""A rehearsal hears no stream of the laboratory, and the laboratory none of its own."""
 
 
 def real(
@@ -51,8 +43,9 @@ def real(
     """
     from hrcneuro.experiment.real import RealTime
 
+    # A rehearsal hears no stream of the laboratory, and the laboratory none of its own.
     lsl = folder / "lsl.cfg"
-    lsl.write_text(_LSL.format(session=uuid.uuid4()), encoding="utf-8")
+    lsl.write_text(apart(str(uuid.uuid4())), encoding="utf-8")
     os.environ["LSLAPICFG"] = str(lsl)
     setup = experimenting.setup_of(study, subject, folder)
     common = ["--workdir", str(folder), *(["--config", str(options.config)] if options.config else [])]

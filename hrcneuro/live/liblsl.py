@@ -14,6 +14,25 @@ from typing import Any
 from hrcneuro.errors import HardwareError
 
 _WARNINGS = -1  # level of liblsl's log: warnings and errors
+_QUIET = -3
+PORTS = 128
+"""So many UDP ports, from 16572 on, are asked where a machine is asked by its address (liblsl: 32).
+
+Each outlet, each look at what is there and each search for a stream that has gone takes one of them: an amplifier, a
+recorder, a loop and an experiment on one machine take more than 32. Who gets none of these answers to none who asks by
+address, which on a machine without multicast is everybody.
+"""
+
+_HERE = "[lab]\nKnownPeers = {127.0.0.1}\n"
+_PORTS = f"[ports]\nPortRange = {PORTS}\n"
+
+
+def apart(session: str) -> str:
+    """Return a configuration of liblsl whose streams this machine alone sees, and of it who has the same session."""
+    return (
+        f"{_HERE}SessionID = {session}\n[multicast]\nResolveScope = machine\n{_PORTS}IPv6 = disable\n"
+        f"[log]\nlevel = {_QUIET}\n"
+    )
 
 
 def library(purpose: str, *, instead: str = "") -> Any:
@@ -39,7 +58,7 @@ def library(purpose: str, *, instead: str = "") -> Any:
     if theirs is None:
         # On a machine whose only network is itself, not all streams would be found. Errors of liblsl on standard error
         # are of connections that end, which is no error here.
-        lsl.set_config_content("[lab]\nKnownPeers = {127.0.0.1}\n[log]\nlevel = -3\n")
+        lsl.set_config_content(f"{_HERE}{_PORTS}[log]\nlevel = {_QUIET}\n")
     elif (text := _without_level(theirs)) is not None:
         # Left alone, liblsl also tells what is in order, in the midst of what a person must read.
         lsl.set_config_content(f"{text}\n[log]\nlevel = {_WARNINGS}\n")

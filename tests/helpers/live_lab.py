@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from hrcneuro.live.liblsl import apart
+
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "hrcneuro"]
 Row = tuple[str, bool, str]
@@ -31,22 +33,11 @@ episodes_per_block = 6
 [record]
 look_s = 1.0
 """
-# liblsl reads it once, before its first call in a process.
-_LSL = """[lab]
-KnownPeers = {{{peer}}}
-SessionID = {session}
-[multicast]
-ResolveScope = machine
-[ports]
-IPv6 = disable
-[log]
-level = -3
-"""
 
 
 def lsl_api(session: str, *, peer: str = "127.0.0.1") -> str:
     """Return liblsl's configuration: it hears one peer, this machine itself, and no stream of another session."""
-    return _LSL.format(session=session, peer=peer)
+    return apart(session).replace("127.0.0.1", peer)
 
 
 class Lab:

@@ -1,5 +1,7 @@
 """What carries streams over LSL: whoever sends, decides or records beside it never waits."""
 
+import contextlib
+import socket
 import time
 
 from hrcneuro.live.lsl import LslNetwork, LslOutlet
@@ -37,3 +39,20 @@ def test_neither_connecting_nor_measuring_nor_closing_is_waited_for(lsl):
         outlet.close()
         _, waited = took(inlet.close)
         assert waited < SOON_S
+
+
+def test_a_stream_is_seen_though_others_hold_the_ports_that_liblsl_asks_by_itself(lsl):
+    with contextlib.ExitStack() as others:
+        for port in range(16572, 16572 + 32):
+            taken = others.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            with contextlib.suppress(OSError):
+                taken.bind(("", port))
+        # Of several, the one that came last is heard by who asks all: it must not be that alone.
+        for name in ("first", "second", "third"):
+            outlet = LslOutlet(name, "Markers", ["word"], sfreq=0, source_id=f"test ports {name}")
+            others.callback(outlet.close)
+        names = {"first", "second", "third"}
+        until = time.monotonic() + PATIENCE
+        network = others.enter_context(LslNetwork())
+        while not names <= {one.name for one in network.visible()}:
+            assert time.monotonic() < until, {one.name for one in network.visible()}
