@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
-from live_lab import LSL, ROOT
+from live_lab import ROOT, lsl_api
 
 SFREQ, CHUNK, CHANNELS, EVERY_S = 1000.0, 10, 30, 0.75
 LIMIT_P99_MS, LIMIT_SHARE, LIMIT_MB = 5.0, 0.25, 300.0
@@ -31,7 +31,7 @@ def main() -> int:
     moves = parser.parse_args().moves
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "lsl_api.cfg").write_text(LSL.format(session=f"bench-{os.getpid()}"))
+        (folder / "lsl_api.cfg").write_text(lsl_api(f"bench-{os.getpid()}"))
         os.environ["LSLAPICFG"] = str(folder / "lsl_api.cfg")
         (folder / "hrcneuro.toml").write_text('[study]\nname = "bench"\nsubjects = ["s01"]\nexclude = []\n')
         labels = _decoder(folder)

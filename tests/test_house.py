@@ -94,3 +94,38 @@ def test_the_name_of_the_group_is_written_once():
 def test_make_says_how_long_it_takes_before_it_begins():
     done = subprocess.run(["make", "-n", "-B", "all"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.index("20 minutes") < done.stdout.index("pip install") < done.stdout.index("hrcneuro run")
+
+
+def names_of(place):
+    """Return what a module makes at its top level, in branches too."""
+    found = set()
+    for node in ast.walk(ast.parse(place.read_text())):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {(one.asname or one.name).partition(".")[0] for one in node.names}
+    return found
+
+
+def test_scripts_that_no_test_runs_import_what_is_there():
+    rooms = [ROOT, *(ROOT / one for one in ("benchmarks", "tests/helpers", "tests/product", "tests/chaos"))]
+    scripts = [one for room in rooms[1:] for one in room.glob("*.py")]
+    seen, missing = 0, []
+    for script in scripts:
+        for node in ast.walk(ast.parse(script.read_text())):
+            if not isinstance(node, ast.ImportFrom) or node.level or not node.module:
+                continue
+            path = Path(*node.module.split("."))
+            modules = [p for room in (script.parent, *rooms) if (p := room / path.with_suffix(".py")).is_file()]
+            there = set[str]().union(*map(names_of, modules))
+            package = ROOT / path / "__init__.py"
+            if package.is_file():
+                there |= names_of(package) | {one.stem for one in package.parent.iterdir()}
+            if not there:
+                continue
+            seen += 1
+            missing += [f"{script.name}: {node.module}.{one.name}" for one in node.names if one.name not in there]
+    assert seen > 300
+    assert not missing
