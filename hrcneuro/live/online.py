@@ -93,7 +93,7 @@ class Online:
         self._after = float("-inf")  # a measurement before this is of a clock that was set since
         now = clock()
         self.hearing = Hearing(network, options.markers, subject, now, strange=self._odd, tell=tell)
-        self.hearing.look()
+        self.hearing.look(now)
         self._looked, self._came, self._returned = float("-inf"), now, float("-inf")
         self._first, self._seen = True, 0
         self._begins: tuple[float, np.ndarray | None] | None = None
@@ -271,7 +271,7 @@ class Online:
     # --- streams that come and go ---------------------------------------------------------------------------------
 
     def _look(self, now: float) -> None:
-        if self.hearing.look():
+        if self.hearing.look(now):
             self._difference = float("nan")
         silent = now - self._came
         if not self._lost and silent < max(1.0, 0.25 * self._options.lost_s):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import Any
 
 from hrcneuro.errors import HardwareError
 from hrcneuro.learning.online import SUBTASKS, Policy
 from hrcneuro.live.decisions import policy_in
-from hrcneuro.live.transport import DECISIONS, Clock, Description, Inlet, Lost, Network, abandon
+from hrcneuro.live.text_stream import TextStream
+from hrcneuro.live.transport import DECISIONS, Clock, Description, Lost, Network
 
 _LOOK_AGAIN_S, _GONE_S = 0.2, 3.0
 _MOST_TOLD = 20
@@ -34,15 +32,6 @@ def running(network: Network, subject: str) -> list[Description]:
     return [one for one in network.visible() if one.name == DECISIONS and ours.fullmatch(one.source_id)]
 
 
-@dataclass(frozen=True)
-class _Opening:
-    """A connection that comes about: to which run, since when (s), and what it brings."""
-
-    uid: str
-    since: float
-    inlet: Future[Inlet]
-
-
 class Policies:
     """The policy of a running loop.
 
@@ -57,8 +46,7 @@ class Policies:
     def __init__(self, network: Network, clock: Clock, subject: str) -> None:
         """Hear nothing yet; ``clock`` is the receiver's."""
         self._network, self._clock, self._subject = network, clock, subject
-        self._inlet: Inlet | None = None
-        self._opening: _Opening | None = None
+        self._stream = TextStream(network, timed=False)
         self._seen = float("-inf")  # when it was there, seconds of the clock
         self.policy: Policy | None = dict.fromkeys(SUBTASKS, 0.5)
         self.mode = self.decided = ""
@@ -72,21 +60,21 @@ class Policies:
             HardwareError: It is not there in time, or there are several.
         """
         end = self._clock() + patience_s
-        while self._inlet is None:
+        while not self._stream.uid:
             there = running(self._network, self._subject)
             if len(there) > 1:
                 raise HardwareError(
                     f"{len(there)} closed loops of {self._subject} are running; one is needed",
                     cure=f"end all but one 'hrcneuro online {self._subject}'",
                 )
-            self._open(there)
-            if self._inlet is None and self._opening is None and self._clock() >= end:
+            self._connect(there)
+            if not (self._stream.uid or self._stream.connecting) and self._clock() >= end:
                 raise HardwareError(
                     f"no closed loop of {self._subject} is there: nothing was heard of the stream {DECISIONS!r} for "
                     f"{patience_s:g} s",
                     cure=f"start it first, in another terminal: hrcneuro online {self._subject} --mode closed",
                 )
-            if self._inlet is None:
+            if not self._stream.uid:
                 wait(_LOOK_AGAIN_S)
 
     def look(self) -> str:
@@ -95,16 +83,14 @@ class Policies:
         Of several none is heard: nobody knows which one the experimenter means.
         """
         there, now = running(self._network, self._subject), self._clock()
-        if self._inlet is not None:
-            if any(one.uid == self._inlet.description.uid for one in there):
-                self._seen = now
-            elif now - self._seen >= _GONE_S:
-                # One look may miss a stream that is there.
-                self.close()
-        if self._inlet is None:
-            self._open(there)
-        connecting = self._opening is not None and now - self._opening.since < _GONE_S
-        if self._inlet is not None or connecting:
+        if any(one.uid == self._stream.uid for one in there):
+            self._seen = now
+        elif now - self._seen >= _GONE_S:
+            # One look may miss a stream that is there.
+            self._stream.leave()
+        if not self._stream.uid:
+            self._connect(there)
+        if self._stream.uid or self._stream.connecting_for(now) < _GONE_S:
             return ""
         return (
             f"{len(there)} closed loops are running: end all but one" if len(there) > 1 else "the closed loop is gone"
@@ -112,39 +98,27 @@ class Policies:
 
     def pull(self) -> None:
         """Take up what was said."""
-        if self._inlet is None:
-            return
         try:
-            samples = self._inlet.pull()
+            texts = self._stream.texts(self._clock())
         except Lost:
-            self.close()
             return
-        for row in samples.values:
-            self._take(str(row[0]))
+        for _, text, _ in texts:
+            self._take(text)
 
     def close(self) -> None:
         """Hear no more."""
-        if self._opening is not None:
-            abandon(self._opening.inlet)
-            self._opening = None
-        if self._inlet is not None:
-            self._inlet.close()
-            self._inlet = None
+        self._stream.close()
 
-    def _open(self, there: list[Description]) -> None:
+    def _connect(self, there: list[Description]) -> None:
         """Begin to connect to the only one, or take up what has come of that; never waits."""
-        if self._opening is not None and [one.uid for one in there] != [self._opening.uid]:
-            abandon(self._opening.inlet)
-            self._opening = None
+        now = self._clock()
+        if [one.uid for one in there] != [self._stream.connecting]:
+            self._stream.abandon()
         if len(there) != 1:
             return
-        if self._opening is None:
-            self._opening = _Opening(there[0].uid, self._clock(), self._network.opening(there[0]))
-        if not self._opening.inlet.done():
-            return
-        opening, self._opening = self._opening, None
-        with contextlib.suppress(Lost):
-            self._inlet, self._seen = opening.inlet.result(), self._clock()
+        self._stream.connect(there[0], now)
+        if self._stream.connected(now):
+            self._seen = now
 
     def _take(self, text: str) -> None:
         try:

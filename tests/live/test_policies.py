@@ -79,7 +79,7 @@ def test_what_is_not_sound_is_refused_counted_and_noted_and_the_last_one_holds(n
 
 
 def test_a_flood_of_nonsense_is_counted_and_does_not_fill_the_log(network, policies):
-    say(network, policies, *["nonsense"] * 500)
+    say(network, policies, *(f"nonsense {i}" for i in range(500)))
     assert sum(policies.refused.values()) == 500
     assert len(policies.noted) <= 20
 
