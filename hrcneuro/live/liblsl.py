@@ -12,19 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import HardwareError
+from hrcneuro.live.transport import N_PORTS
 
 _WARNINGS = -1  # level of liblsl's log: warnings and errors
 _QUIET = -3
-PORTS = 128
-"""So many UDP ports, from 16572 on, are asked where a machine is asked by its address (liblsl: 32).
-
-Each outlet, each look at what is there and each search for a stream that has gone takes one of them: an amplifier, a
-recorder, a loop and an experiment on one machine take more than 32. Who gets none of these answers to none who asks by
-address, which on a machine without multicast is everybody.
-"""
-
 _HERE = "[lab]\nKnownPeers = {127.0.0.1}\n"
-_PORTS = f"[ports]\nPortRange = {PORTS}\n"
+_PORTS = f"[ports]\nPortRange = {N_PORTS}\n"
 
 
 def apart(session: str) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from hrcneuro.live.decisions import BLOCK, BREAK, STRANGE, Known, Trial, begin_l
 from hrcneuro.live.hearing import Hearing
 from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
-from hrcneuro.live.transport import UNMEASURED_S, Clock, Lost, Network, Samples
+from hrcneuro.live.transport import UNMEASURED_S, Clock, Inlet, Lost, Network, Samples, abandon
 from hrcneuro.live.watch import Event
 
 Publish = Callable[[str, float], None]
@@ -98,6 +99,7 @@ class Online:
         self._first, self._seen = True, 0
         self._begins: tuple[float, np.ndarray | None] | None = None
         self._lost = ""
+        self._opening: Future[Inlet] | None = None  # the EEG that is back, and is being connected to
 
     # --- steps ----------------------------------------------------------------------------------------------------
 
@@ -121,7 +123,7 @@ class Online:
         elif samples is not None:
             self._told(self.eeg.watch.feed(samples.stamps, now))
         self._deal()
-        if now - self._looked >= _LOOK_EVERY_S:
+        if now - self._looked >= _LOOK_EVERY_S or (self._opening is not None and self._opening.done()):
             self._looked = now
             self._look(now)
 
@@ -275,16 +277,19 @@ class Online:
             self._difference = float("nan")
         silent = now - self._came
         if not self._lost and silent < max(1.0, 0.25 * self._options.lost_s):
+            if self._opening is not None:
+                # It goes on as it was; the other one is not needed.
+                abandon(self._opening)
+                self._opening = None
             return
         was = self.eeg.inlet.description
         again = online_streams.another(self._network, Declared(name=was.name, type=was.type), was.uid)
-        if again is not None:
-            self.eeg.inlet.close()
-            self.eeg = online_streams.opened(self._network, again, self._decoder, self._options)
-            self.deciding.begin_stream()
-            self._difference, self._after, self._lost, self._first = float("nan"), float("-inf"), "", True
-            self._came = self._returned = self._clock()
-            self._tell("the EEG is back")
+        if again is not None and self._opening is None:
+            # Markers are heard meanwhile, and whoever asks is answered.
+            self._opening = self._network.opening(again)
+        if self._opening is not None:
+            if self._opening.done():
+                self._go_on(self._opening)
         elif silent >= self._options.lost_s:
             there = any(one.uid == was.uid for one in self._network.visible())
             state = "is there and brings nothing" if there else "is gone"
@@ -292,3 +297,14 @@ class Online:
                 f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
                 cure="start the amplifier's program again, then this command; the experiment goes on by itself",
             )
+
+    def _go_on(self, opening: Future[Inlet]) -> None:
+        """Take up the EEG again, if the decoder still serves it."""
+        name = self.eeg.inlet.description.name
+        self._opening = None
+        self.eeg.inlet.close()
+        self.eeg = online_streams.served(opening, name, self._decoder, self._options)
+        self.deciding.begin_stream()
+        self._difference, self._after, self._lost, self._first = float("nan"), float("-inf"), "", True
+        self._came = self._returned = self._clock()
+        self._tell("the EEG is back")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,7 +16,7 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.live import preflight
 from hrcneuro.live.parameters import Declared, OnlineOptions
 from hrcneuro.live.timeline import NOT_FINITE, RAILED
-from hrcneuro.live.transport import TRIGGER_TYPES, Clock, Description, Inlet, Lost, Network, Samples
+from hrcneuro.live.transport import PORTS, TRIGGER_TYPES, Clock, Description, Inlet, Lost, Network, Samples
 from hrcneuro.live.watch import StreamWatch
 
 _LOOK_AGAIN_S = 0.5
@@ -82,7 +83,7 @@ def find_eeg(
     while True:
         chosen, problems = preflight.choose(declared, network.visible())
         if chosen:
-            eeg = opened(network, chosen["eeg"], decoder, options)
+            eeg = served(network.opening(chosen["eeg"]), chosen["eeg"].name, decoder, options)
             _look(eeg, clock, wait)
             return eeg
         if any(one.kind != "missing" for one in problems) or clock() >= end:
@@ -107,18 +108,18 @@ def _look(eeg: Eeg, clock: Clock, wait: Callable[[float], None]) -> None:
     eeg.watch.learn(np.concatenate(stamps))
 
 
-def opened(network: Network, description: Description, decoder: FrozenDecoder, options: OnlineOptions) -> Eeg:
-    """Return a stream that is received from now on.
+def served(opening: Future[Inlet], name: str, decoder: FrozenDecoder, options: OnlineOptions) -> Eeg:
+    """Return a stream that is received from now on, which is waited for.
 
     Raises:
         HardwareError: It cannot be reached, or the decoder is for another kind.
     """
     try:
-        inlet = network.open(description)
+        inlet = opening.result()
     except Lost as error:
         raise HardwareError(
-            f"{description.name!r}: {error}",
-            cure="let the ports of LSL through (16572 to 16604, TCP and UDP), or run it on the machine that sends",
+            f"{name!r}: {error}",
+            cure=f"let the ports of LSL through ({PORTS}), or run it on the machine that sends",
         ) from error
     about = inlet.description
     try:

@@ -12,7 +12,7 @@ from hrcneuro.errors import HardwareError
 from hrcneuro.live import preflight
 from hrcneuro.live.parameters import Declared, RecordOptions
 from hrcneuro.live.preflight import Look, Problem
-from hrcneuro.live.transport import Clock, Description, Inlet, Lost, Network, Samples
+from hrcneuro.live.transport import PORTS, Clock, Description, Inlet, Lost, Network, Samples
 
 Wait = Callable[[float], None]
 """Lets seconds pass."""
@@ -89,7 +89,7 @@ def _open(network: Network, key: str, description: Description, opened: Opened) 
                 "no connection",
                 key,
                 f"{description.name!r}: {error}",
-                "let the ports of LSL through (16572 to 16604, TCP and UDP), or record on the machine that sends",
+                f"let the ports of LSL through ({PORTS}), or record on the machine that sends",
             )
         )
         return description

@@ -264,7 +264,7 @@ def replay(
     loops: list[Online] = []
     for eeg, marks in parts:
         network = RecordedNetwork(eeg, marks)
-        opened = online_streams.opened(network, eeg.description, decoder, options)
+        opened = online_streams.served(network.opening(eeg.description), eeg.description.name, decoder, options)
         opened.watch.learn(eeg.stamps[: 2 * round(decoder.sfreq)])
         opened.measure()
         loop = Online(

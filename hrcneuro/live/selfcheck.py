@@ -21,6 +21,7 @@ from hrcneuro.eeg.stamps import segments
 from hrcneuro.live import journal
 from hrcneuro.live.part import number_of
 from hrcneuro.live.recorder import OWN
+from hrcneuro.live.transport import PORTS
 from hrcneuro.live.watch import StreamWatch
 from hrcneuro.paradigm import markers
 
@@ -174,8 +175,8 @@ def _never_compared(stream: Mapping[str, Any]) -> Iterator[str]:
         return
     if not len(times):
         yield (
-            "its clock was never compared with the recorder's: does a firewall stand in the way of LSL's UDP ports "
-            "(16572 to 16604)?"
+            "its clock was never compared with the recorder's: does a firewall stand in the way of LSL's ports "
+            f"({PORTS})?"
         )
         return
     if (np.diff(stamps) < 0).any() or (np.diff(times) < 0).any():

@@ -33,6 +33,17 @@ TRIGGER_TYPES = ("stim", "trigger", "triggers", "marker")
 TRUTH = "hrcneuro-truth"
 """The stream on which a simulated person says what it will do: for the simulated amplifier, and for nobody else."""
 
+N_PORTS = 128
+"""So many UDP ports, from 16572 on, are asked where a machine is asked by its address (liblsl by itself: 32).
+
+Each outlet, each look at what is there and each search for a stream that has gone takes one of them: an amplifier, a
+recorder, a loop and an experiment on one machine take more than 32. Who gets none of these answers to none who asks by
+address, which on a machine without multicast is everybody.
+"""
+
+PORTS = f"16571 to {16571 + N_PORTS}, TCP and UDP"
+"""The ports through which LSL's streams find and reach each other."""
+
 _REMEMBERED = 20
 
 UNMEASURED_S = 2.5

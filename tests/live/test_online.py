@@ -1,6 +1,7 @@
 """The closed loop at virtual pace: what it decides, what teaches it, what goes wrong; and the same from a recording."""
 
 import json
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
@@ -203,6 +204,26 @@ def test_eeg_that_comes_back_as_another_run_is_taken_up():
     assert lab.trials[-2]["update"]
     assert lab.loop.deciding.causes["missing"] >= 1
     assert sum(lab.causes.values()) + lab.learner.updates == 16
+
+
+def test_while_eeg_that_comes_back_is_connected_to_nobody_waits():
+    lab = Lab(moves(episodes=4))
+    lab.run(8.0)
+    connecting, opens = Future(), lab.network.opening
+    lab.network.opening = lambda description: connecting
+    old, lab.eeg = lab.eeg, Sender("amp", "EEG", labels=(*LABELS, "TRIGGER"), sfreq=SFREQ, source_id="amp2")
+    old.close()
+    lab.typed()
+    lab.network.outlets[lab.network.outlets.index(old)] = lab.eeg
+    before = len(lab.trials)
+    # Longer than it may be silent: it is there.
+    lab.run(8.0 + OnlineOptions().lost_s + 2.0)
+    assert "the EEG is back" not in lab.told
+    assert len(lab.trials) > before
+    connecting.set_result(opens(lab.eeg.description).result())
+    lab.run()
+    assert "the EEG is back" in lab.told
+    assert lab.trials[-2]["update"]
 
 
 def test_eeg_that_comes_back_of_another_kind_is_refused():
