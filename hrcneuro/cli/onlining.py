@@ -7,6 +7,7 @@ import gc
 import json
 import os
 import resource
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,6 +36,7 @@ from hrcneuro.live.transport import DECISIONS, Network
 from hrcneuro.pipeline.workdir import Workdir
 
 _SOON_S, _QUICK_S, _STEP_S = 0.02, 0.0005, 0.004
+_SWITCH_S = 0.0005  # so long may the thread that looks for streams keep a decision waiting
 
 
 class Task:
@@ -141,13 +143,15 @@ class Task:
         # A decision is due within milliseconds; the samples before it cost next to nothing.
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, -10)
-        begun = time.monotonic()
+        begun, switch = time.monotonic(), sys.getswitchinterval()
+        sys.setswitchinterval(_SWITCH_S)
         with view:
             while not (interrupts.asked() or loop.over or 0 < seconds <= time.monotonic() - begun):
                 loop.step()
                 view.show(loop)
                 time.sleep(_QUICK_S if loop.deciding.due_s() < _SOON_S else _STEP_S)
             loop.finish()
+        sys.setswitchinterval(switch)
 
     def _log(self) -> decisions.DecisionLog:
         try:

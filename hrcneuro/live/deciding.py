@@ -29,11 +29,15 @@ _STATES = {State.BROKEN: "gap", State.GONE: "gone", State.COMING: "missing"}
 
 @dataclass
 class _Waiting:
-    """A move or a block's beginning that waits for its turn; ``moment`` is its time on the EEG sender's clock."""
+    """A move or a block's beginning that waits for its turn.
+
+    ``moment`` is its time on the EEG sender's clock, ``first`` the epoch's first sample as soon as that is known.
+    """
 
     tags: Mapping[str, Any]
     trial: Trial | None
     moment: float = float("nan")
+    first: int | None = None
     lost: bool = False  # the stream in which its epoch lay has ended
 
 
@@ -177,16 +181,17 @@ class Deciding:
         begun = self._clock()
         given_up = finish or (not more and begun - trial.marker_s > self._options.deadline_s + _PATIENCE_S)
         problem, cause = self._problem(trial)
-        first: int | None = None
+        first = None if head.lost else head.first
         if head.lost:
             cause = cause or "missing"
         elif np.isnan(head.moment) and not self._knows(trial):
             cause = cause or "clock"
-        else:
+        elif first is None:
             first, why = self._first(head, trial, given_up)
             if first is None and not why:
                 return False
-            cause = cause or why
+            # What it follows from has come: it need not be found again in each step.
+            cause, head.first = cause or why, first if trial.zero_stamp is not None else None
         if first is not None:
             state = self._stream.state(first, self._decoder.n_times)
             if state is State.COMING and not given_up:
