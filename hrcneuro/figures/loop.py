@@ -60,7 +60,7 @@ def loop(picture: LoopPicture, path: Path) -> None:
         path: Of the PNG; the PDF lies beside it.
     """
     with rc_context(PLACED):
-        figure = Figure(figsize=(7.4, 5.4))
+        figure = Figure(figsize=(7.4, 5.9))
         (top, lower) = figure.subplots(2, 3)
         _over_episodes(top[0], picture)
         _over_updates(top[1], picture)
@@ -81,7 +81,7 @@ def _over_episodes(axes: Axes, picture: LoopPicture) -> None:
         axes.plot(number[: len(shown)], shown, ls=dash, lw=1.1, color=colour, label=f"SIM1, {name}")
     _accuracy_axes(axes, "A  all four directions", "closed episode", number[-1])
     axes.set_ylabel("choice accuracy")
-    axes.legend(loc="lower right", fontsize=6, handlelength=1.8, labelspacing=0.3)
+    _legend_below(axes, ncols=2, handlelength=1.8)
 
 
 def _over_updates(axes: Axes, picture: LoopPicture) -> None:
@@ -110,7 +110,7 @@ def _by_rows(axes: Axes, picture: LoopPicture) -> None:
     if picture.null is not None:
         axes.plot([], [], "--", lw=0.9, color=GREY, label="null model")
     _accuracy_axes(axes, "C  by whose directions", "closed episode", number[-1])
-    axes.legend(loc="lower right", fontsize=6, handlelength=1.8, labelspacing=0.3)
+    _legend_below(axes, ncols=2, handlelength=1.8)
 
 
 def _curves(axes: Axes, x: np.ndarray, values: Sequence[np.ndarray | None]) -> None:
@@ -142,9 +142,7 @@ def _steps(axes: Axes, played: LoopSessions) -> None:
         below = below + part
     axes.set(title="D  who made whose steps", xlabel="closed episode", ylabel="steps (%)", ylim=(0, 100))
     axes.set_xlim(0.5, len(per_episode) + 0.5)
-    axes.legend(
-        loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2, fontsize=6, handlelength=1.0, columnspacing=0.8
-    )
+    _legend_below(axes, ncols=2, handlelength=1.0)
 
 
 def _decisions(axes: Axes, picture: LoopPicture) -> None:
@@ -161,7 +159,7 @@ def _decisions(axes: Axes, picture: LoopPicture) -> None:
     axes.axvline(3.5, color=PALE, lw=0.8)
     axes.set_xticks(place, names, fontsize=6)
     axes.set(title="E  decisions that taught", ylabel="right, or said (%)", ylim=(-2, 104))
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), fontsize=6, handlelength=1.0)
+    _legend_below(axes, ncols=1, handlelength=1.0)
 
 
 def _times(axes: Axes, picture: LoopPicture) -> None:
@@ -179,7 +177,7 @@ def _times(axes: Axes, picture: LoopPicture) -> None:
         last = max(last, most)
     if np.isfinite(picture.deadline_ms):
         axes.axvline(picture.deadline_ms, color=VERMILION, lw=0.9, label="deadline")
-        axes.legend(loc="lower right", fontsize=6)
+        _legend_below(axes, ncols=1, handlelength=1.0)
         last = max(last, picture.deadline_ms)
     axes.set_yticks(range(len(there)), [name.replace(" ", "\n", 1) for name in there], fontsize=6.5)
     axes.set(title="F  median · 99 % · most", xlabel="since the onset of tr−1 (ms)", ylim=(len(there) - 0.3, -0.7))
@@ -201,6 +199,14 @@ def _three(picture: LoopPicture) -> tuple[LoopSessions | None, ...]:
 
 def _episodes(sessions: LoopSessions) -> np.ndarray:
     return np.arange(1, sessions.policies.shape[1] + 1)
+
+
+def _legend_below(axes: Axes, *, ncols: int, handlelength: float) -> None:
+    # Curves may lie anywhere within the axes.
+    axes.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=ncols, fontsize=6, handlelength=handlelength,
+        columnspacing=0.8, labelspacing=0.3,
+    )  # fmt: skip
 
 
 def _accuracy_axes(axes: Axes, title: str, label: str, last: float) -> None:
