@@ -141,6 +141,9 @@ def told(setup: Setup, seen: Seen) -> dict[str, Any]:
         "late_packets": seen.health.late_packets if seen.health else 0,
         "recorded": seen.recorded,
         "loop": seen.loop,
+        "taken": seen.taken,
+        "left": seen.left,
+        "refused": seen.refused,
         "ended": seen.ended,
         "trouble": seen.trouble,
     }
@@ -154,6 +157,11 @@ def lines(setup: Setup, seen: Seen) -> list[str]:
     lines = [f"{setup.subject}: {counted(seen.blocks_done, 'block')}, {counted(seen.n_moves, 'move')}, {keys}"]
     if seen.stops:
         lines.append(f"  the arm was stopped {counted(seen.stops, 'time')}: {seen.trouble or 'it went on'}")
+    if setup.closed:
+        refused = f"; {counted(seen.refused, 'text')} of the loop's refused: see the log" if seen.refused else ""
+        lines.append(
+            f"  the robot took {seen.taken} of the person's steps, and left {seen.left} of its own first{refused}"
+        )
     if setup.simulated:
         lines.append("  SYNTHETIC: a simulated person pressed the keys")
     if seen.recorded:

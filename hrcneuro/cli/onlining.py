@@ -162,7 +162,7 @@ class Task:
     # --- a recording ----------------------------------------------------------------------------------------------
 
     def replay(self, recording: Path, chunk: int, log: Path | None) -> int:
-        """Go over a recording; return 0, or 1 where scores differ from those of the live session.
+        """Go over a recording; return 0, or 1 where scores differ from those of the live session, or none is alike.
 
         Raises:
             DataError: It, or the log, cannot be read.
@@ -183,7 +183,7 @@ class Task:
         if known is not None:
             same = compared(lines, known)
             told["against_log"] = same
-            code = int(same["different"] > 0)
+            code = int(not as_live(same))
         self._answer(told, ok=code == 0)
         return code
 
@@ -241,6 +241,14 @@ def replayed(
             publish=lambda text, stamp: None, log=lines.append, known=known, rail_uv=rail_uv,
         )  # fmt: skip
     return loops, lines
+
+
+def as_live(same: Mapping[str, int]) -> bool:
+    """Return whether a replay is the live session's: no score differs, and some are equal if there was any.
+
+    ``same`` is of :func:`compared`.
+    """
+    return not same["different"] and (same["equal"] > 0 or not same["unknown"] + same["unrecorded"])
 
 
 def compared(lines: Sequence[Mapping[str, Any]], known: decisions.Known) -> dict[str, int]:

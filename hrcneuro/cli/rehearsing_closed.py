@@ -134,6 +134,7 @@ def _real(
 
 def _told(options: Options, study: Settings, subject: str, folder: Path, decoder: Path, places: Sequence[Place]) -> int:
     """Tell what came of it all; return the exit code."""
+    from hrcneuro.cli.onlining import as_live
     from hrcneuro.io.tables import write_table
     from hrcneuro.tables.loop import LOOP_EPISODES, LOOP_STEPS
 
@@ -146,7 +147,7 @@ def _told(options: Options, study: Settings, subject: str, folder: Path, decoder
     drawn = not options.no_figures
     page = _page(study, subject, folder, known, places, steps, episodes, replayed) if drawn else None
     about = {
-        "command": "rehearse", "ok": all(not one["different"] for one in replayed), "folder": str(folder),
+        "command": "rehearse", "ok": all(map(as_live, replayed)), "folder": str(folder),
         "page": str(page) if page else None, "sessions": len(places), "replay": replayed,
         **closed_sessions.numbers(steps, episodes),
     }  # fmt: skip

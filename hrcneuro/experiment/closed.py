@@ -7,6 +7,7 @@ was waited for are known here, and go to the log alone.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -26,9 +27,11 @@ class Policies(Protocol):
 
     Attributes:
         note: Is told what was taken up of it, and what was not.
+        refused: Why a text was not taken up -> how often.
     """
 
     note: Callable[[str, Mapping[str, Any]], None]
+    refused: Counter[str]
 
     @property
     def policy(self) -> Mapping[str, float] | None:

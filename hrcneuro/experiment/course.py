@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from hrcneuro.experiment import messages as m
-from hrcneuro.experiment import scenes
+from hrcneuro.experiment import rows, scenes
 from hrcneuro.experiment.ports import Log, Pacing, Seen
 from hrcneuro.experiment.turns import Turns
 from hrcneuro.paradigm import markers
 from hrcneuro.paradigm.grid import Tile
 from hrcneuro.paradigm.session import DrawnBlock
+from hrcneuro.sources import experiments
 
 _LEAST_READ_S = 1.0
 """A key that is still meant for the last move must not take the words away."""
@@ -147,7 +148,9 @@ class Course(ABC):
         """Give the turn to whom it is: the robot's move goes to the arm, a simulated person's in its time."""
         after = self._turns.open(now, wait_s)
         if (chosen := self._turns.chosen()) is not None:
-            self._log.event("choice", now, **chosen)
+            self._log.event(experiments.CHOICE, now, **chosen)
+            self.seen.taken += rows.is_taken(chosen)
+            self.seen.left += rows.is_left(chosen)
             if self._pacing.show_turn:
                 # Only now it is known whose turn it is.
                 self._show_grid()

@@ -36,7 +36,8 @@ class Growing:
 
     def add(self, line: str) -> None:
         """Add a line to what :meth:`write` has to write."""
-        self._waiting += line.encode()
+        # A lone surrogate, as another program's JSON may have it, is no UTF-8; so written, JSON reads it again.
+        self._waiting += line.encode(errors="backslashreplace")
 
     def write(self) -> None:
         """Write all that waits.

@@ -83,6 +83,9 @@ class Seen:
     cure: str = ""
     recorded: str = ""  # yes, no or lost; empty where nobody looks
     loop: str = ""  # shadow, semi or closed, once the closed loop has said something
+    taken: int = 0  # steps of the person's that the robot took, in closed blocks
+    left: int = 0  # steps of the robot's own that it left to the person first
+    refused: int = 0  # texts of the closed loop that were not taken up
     unheard: int = 0  # moves since the closed loop has last told of one
     hardware: bool = False  # what is wrong is the arm, a stream or the window
     stops: int = 0

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hrcneuro.paradigm.closed import HUMAN, ROBOT
 from hrcneuro.paradigm.partners import Move
 from hrcneuro.sources import authors_log, experiments
 
@@ -36,6 +37,16 @@ class Row(Move):
         return cls(**{name: entry[name] for name in cls.__dataclass_fields__})
 
 
+def is_taken(choice: Mapping[str, Any]) -> bool:
+    """Return whether the robot takes a step that is the person's; ``choice``: what it chose as keys opened."""
+    return choice["owner"] == HUMAN and choice["drawn"] == ROBOT
+
+
+def is_left(choice: Mapping[str, Any]) -> bool:
+    """Return whether the robot leaves a step of its own to the person first; ``choice`` as in :func:`is_taken`."""
+    return choice["owner"] == ROBOT and choice["drawn"] == HUMAN
+
+
 @dataclass
 class Counters:
     """What was counted, over all parts of a session.
@@ -46,6 +57,8 @@ class Counters:
         wrong_keys: Of these, those whose key was outside the target direction.
         keys: Keys that were accepted.
         ignored: Why keys were ignored -> how many.
+        taken: Steps of the person's that the robot took, in closed blocks.
+        left: Steps of the robot's own that it left to the person first.
     """
 
     moves: int = 0
@@ -53,6 +66,8 @@ class Counters:
     wrong_keys: int = 0
     keys: int = 0
     ignored: dict[str, int] = field(default_factory=dict)
+    taken: int = 0
+    left: int = 0
 
     def take(self, entry: Mapping[str, Any]) -> None:
         """Count a line of ``experiment.jsonl``."""
@@ -60,6 +75,9 @@ class Counters:
             self.moves += 1
             self.errors += bool(entry["error"])
             self.wrong_keys += bool(entry["key_wrong"])
+        elif entry["kind"] == experiments.CHOICE:
+            self.taken += is_taken(entry)
+            self.left += is_left(entry)
         elif entry["kind"] == experiments.KEY and entry["accepted"]:
             self.keys += 1
         elif entry["kind"] == experiments.KEY:

@@ -205,6 +205,8 @@ def opened(
         if policies is not None:
             policies.note = lambda kind, about: flow.took_up(kind, now(), about)
         yield Running(flow, log)
+        if policies is not None:
+            flow.seen.refused = sum(policies.refused.values())
         log.close(complete=flow.seen.whole, why="" if flow.seen.whole else flow.seen.ended or "ended early")
 
 

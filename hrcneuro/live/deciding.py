@@ -75,6 +75,7 @@ class Deciding:
         self._decoder, self._options, self._clock, self._known = decoder, options, clock, known
         self._queue: deque[_Waiting] = deque()
         self._episode: tuple[Any, ...] | None = None
+        self._block: tuple[Any, ...] | None = None  # the newest of which was heard: practice and number
         self.begin_stream()
 
     def begin_stream(self) -> None:
@@ -92,6 +93,7 @@ class Deciding:
             episode: The episode of its last move: practice, block and episode; None for none.
         """
         self._episode = episode
+        self._block = episode and episode[:2]
         if self._options.mode == "semi":
             self.policy = policy
 
@@ -130,8 +132,13 @@ class Deciding:
         tags = {"practice": trial.practice, "block": trial.block, "episode": trial.episode}
         self._queue.append(_Waiting(tags, trial, moment))
 
+    def begins(self, tags: Mapping[str, Any]) -> bool:
+        """Return whether a move's tags tell of a block whose own marker was not heard."""
+        return (tags["practice"], tags["block"]) != self._block
+
     def block(self, tags: Mapping[str, Any]) -> None:
-        """Take the marker of a block's beginning: the block before it has ended."""
+        """Take the marker of a block's beginning, or of its first move that was heard: the block before has ended."""
+        self._block = tags["practice"], tags["block"]
         self._queue.append(_Waiting(tags, None))
 
     # --- what comes of it -----------------------------------------------------------------------------------------

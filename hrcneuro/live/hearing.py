@@ -51,7 +51,7 @@ class Hearing:
         self._network, self._wanted, self._subject, self._began = network, Declared(name=name), subject, began
         self._strange, self._tell = strange, tell
         self._stream = TextStream(network)
-        self.ended = False
+        self.ended = self._several = False
         self.strange: Counter[str] = Counter()
 
     @property
@@ -64,11 +64,16 @@ class Hearing:
         """What to add to its stamps, seconds of the receiver's clock; NaN as long as it was not measured."""
         return self._stream.offset
 
+    def clock_was_set(self) -> bool:
+        """Return whether its sender's clock has been set since the last call."""
+        return self._stream.clock_was_set()
+
     def look(self, now: float) -> bool:
         """Find the stream, or its new run; return whether another one is heard from now on.
 
         Nobody waits for a connection: a later look takes it up.
         """
+        self._say_of_several()
         found = online_streams.another(self._network, self._wanted, self._stream.uid)
         if found is not None:
             self._stream.connect(found, now)
@@ -96,6 +101,13 @@ class Hearing:
             if self.ended:
                 continue
             yield tags, text, stamp, when
+
+    def _say_of_several(self) -> None:
+        """Tell, once, that more than one stream has the markers' name: while none is heard, none of them is."""
+        number = 0 if self.there else len(online_streams.fitting(self._network, self._wanted))
+        if number > 1 and not self._several:
+            self._tell(f"{number} streams are named {self._wanted.name!r}, and none is heard: end all but one")
+        self._several = number > 1
 
     def _not_ours(self, tags: Mapping[str, Any], when: float, now: float) -> str:
         if tags["subject"] != self._subject:

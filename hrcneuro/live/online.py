@@ -7,6 +7,7 @@ the EEG and the markers, and no other stream: what a simulated person knows stay
 
 from __future__ import annotations
 
+import glob
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -26,6 +27,7 @@ from hrcneuro.live.online_streams import Eeg
 from hrcneuro.live.parameters import Declared, OnlineOptions
 from hrcneuro.live.transport import UNMEASURED_S, Clock, Inlet, Lost, Network, Samples, abandon
 from hrcneuro.live.watch import Event
+from hrcneuro.paradigm import markers
 
 Publish = Callable[[str, float], None]
 """Sends a text with its stamp, seconds of the receiver's clock."""
@@ -253,12 +255,19 @@ class Online:
         if math.isnan(self.eeg.offset) and now - self._returned < UNMEASURED_S:
             return
         for tags, text, stamp, when in self.hearing.hear(now):
-            block = "trial" not in tags
+            move = "trial" in tags
+            # A marker may be missed: the move tells of its block, too.
+            block = not move or self.deciding.begins(tags)
+            if self.hearing.clock_was_set():
+                # What was measured of the old clock is worth nothing now.
+                self._difference = float("nan")
+                self.events["markers' clock"] += 1
+                self._tell("the markers' clock was set: their times are fixed anew")
             if block or np.isnan(self._difference):
                 self._fix()
             if block:
-                self.deciding.block(tags)
-            else:
+                self.deciding.block({name: tags[name] for name in markers.BLOCK_TAGS})
+            if move:
                 self.deciding.move(trial_of(tags, text, stamp, when), stamp + self._difference)
 
     def _fix(self) -> None:
@@ -283,7 +292,9 @@ class Online:
                 self._opening = None
             return
         was = self.eeg.inlet.description
-        again = online_streams.another(self._network, Declared(name=was.name, type=was.type), was.uid)
+        again = online_streams.another(
+            self._network, Declared(name=glob.escape(was.name), type=glob.escape(was.type)), was.uid
+        )
         if again is not None and self._opening is None:
             # Markers are heard meanwhile, and whoever asks is answered.
             self._opening = self._network.opening(again)
@@ -295,7 +306,8 @@ class Online:
             state = "is there and brings nothing" if there else "is gone"
             raise HardwareError(
                 f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
-                cure="start the amplifier's program again, then this command; the experiment goes on by itself",
+                cure="start the amplifier's program again, then this command with --go-on, which keeps what was learned; "
+                "the session, which pauses meanwhile, goes on by the experimenter's key",
             )
 
     def _go_on(self, opening: Future[Inlet]) -> None:

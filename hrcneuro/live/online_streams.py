@@ -197,8 +197,13 @@ def pieces(samples: Samples, breaks: list[int], sfreq: float) -> list[tuple[bool
     ]
 
 
+def fitting(network: Network, wanted: Declared) -> list[Description]:
+    """Return the streams that fit."""
+    return [one for one in network.visible() if preflight.fits(wanted, one) and preflight.recordable(one)]
+
+
 def another(network: Network, wanted: Declared, uid: str) -> Description | None:
     """Return a stream that fits and is another run than ``uid``; None where there is none, or more than one."""
-    there = [one for one in network.visible() if preflight.fits(wanted, one) and preflight.recordable(one)]
+    there = fitting(network, wanted)
     others = [one for one in there if one.uid != uid]
     return others[0] if len(others) == 1 and len(there) == 1 else None

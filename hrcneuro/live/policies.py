@@ -123,19 +123,20 @@ class Policies:
     def _take(self, text: str) -> None:
         try:
             said = json.loads(text)
-            mode, marker, sent = said["mode"], said.get("marker", ""), said["sent_s"]
+            mode, marker, sent = said["mode"], said.get("marker", ""), float(said["sent_s"])
+            marker.encode()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             self._refuse("it is no message of the loop's", text)
             return
         policy = policy_in(text)
         if mode not in ("shadow", "semi", "closed"):
-            self._refuse(f"mode {mode!r}", text)
+            self._refuse("its mode is none of shadow, semi and closed", text)
         elif (policy is None) != (mode == "shadow"):
             self._refuse("its policy is no probability for each of the four directions", text)
         else:
             self.policy, self.mode = policy, mode
-            self.decided = str(marker) or self.decided
-            about = {"marker": str(marker), "mode": mode, "sent_s": sent, "taken_up_s": self._clock(), "policy": policy}
+            self.decided = marker or self.decided
+            about = {"marker": marker, "mode": mode, "sent_s": sent, "taken_up_s": self._clock(), "policy": policy}
             self.note("policy", about)
 
     def _refuse(self, why: str, text: str) -> None:

@@ -13,6 +13,10 @@ Text = tuple[float, str, float]
 """Its stamp, the text, and when that was on the receiver's clock (where it is not known, the stamp itself), seconds."""
 
 
+_SET_S = 0.05
+"""Two measurements of one clock, some seconds apart, never differ by so much: it was set meanwhile."""
+
+
 @dataclass(frozen=True)
 class _Opening:
     """A connection that comes about: to which run, since when (s), and what it brings."""
@@ -37,6 +41,7 @@ class TextStream:
         self._since = float("-inf")
         self._rest: list[Text] = []
         self._repeats = Repeats()
+        self._set = False
         self.offset = float("nan")
 
     @property
@@ -91,6 +96,11 @@ class TextStream:
             self.leave()
             raise
 
+    def clock_was_set(self) -> bool:
+        """Return whether the sender's clock has been set since the last call, by how the measurements differ."""
+        was, self._set = self._set, False
+        return was
+
     def abandon(self) -> None:
         """Connect no more to what is not received yet."""
         if self._opening is not None:
@@ -111,6 +121,7 @@ class TextStream:
     def _measure(self) -> None:
         if self._inlet is not None:
             for _, offset in self._inlet.offsets():
+                self._set |= abs(offset - self.offset) > _SET_S
                 self.offset = offset
 
     def _pulled(self, now: float) -> list[Text]:

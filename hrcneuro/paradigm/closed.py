@@ -142,7 +142,7 @@ class ClosedEpisode(Way):
         if intended not in (self.owners.human if chosen.actor == HUMAN else {chosen.way}):
             raise ValueError(f"{intended!r} is no direction that the {chosen.actor} commands here")
         if self.habits is not None and chosen.drawn:
-            self.habits.saw(chosen.step, chosen.drawn)
+            self.habits.saw(chosen.step, chosen.drawn, chosen.owner)
         done = self._do(chosen.actor, intended, move(self.tile, intended))
         self.chosen = None
         return done
@@ -157,19 +157,19 @@ class Habits:
     def __init__(self, rate: float = 0.1) -> None:
         """Expect what the own choice says; ``rate`` is the weight of the newest step."""
         self._rate = rate
-        self._human: dict[str, float] = {}
+        # Direction and owner, who may be drawn anew, -> how much speaks for the other one by now, 0 to 1.
+        self._otherwise: dict[tuple[str, str], float] = {}
 
     def expected(self, step: str, owner: str) -> str:
-        """Return whom the person expects to make a step; one that the robot was never seen at is its owner's."""
-        likely = self._human.get(step)
-        if likely is None or likely == 0.5:
+        """Return whom the person expects to make a step: its owner, unless more speaks for the other by now."""
+        if self._otherwise.get((step, owner), 0.0) <= 0.5:
             return owner
-        return HUMAN if likely > 0.5 else ROBOT
+        return ROBOT if owner == HUMAN else HUMAN
 
-    def saw(self, step: str, drawn: str) -> None:
-        """Take that the robot left a step to the person, or did not."""
-        likely = self._human.get(step, 0.5)
-        self._human[step] = likely + self._rate * ((drawn == HUMAN) - likely)
+    def saw(self, step: str, drawn: str, owner: str) -> None:
+        """Take that the robot left a step to the person, or did not; ``owner``: whose it is."""
+        before = self._otherwise.get((step, owner), 0.0)
+        self._otherwise[step, owner] = before + self._rate * ((drawn != owner) - before)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from hrcneuro.paradigm.design import MOVE
 _END = "end"
 _CLOSED = "closed"
 _NUMBERS = ("block", "episode", "trial")
+BLOCK_TAGS = ("subject", "scenario", "block", "practice", "closed")
+"""What a marker tells of the block: of its beginning, and of each move in it."""
 
 
 def of_move(

@@ -16,7 +16,7 @@ from hrcneuro.errors import DataError
 
 FILE = "experiment.jsonl"
 SESSION, BLOCK, EPISODE, ONSET, MOVE = "session", "block", "episode", "onset", "move"
-KEY, NOTE, BLOCK_END, END = "key", "note", "block_end", "end"
+KEY, NOTE, BLOCK_END, END, CHOICE = "key", "note", "block_end", "end", "choice"
 
 CURE = "hrcneuro experiment SUBJECT --resume mends the log from experiment.jsonl, and keeps what it takes away"
 

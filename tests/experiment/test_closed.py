@@ -1,5 +1,6 @@
 """The flow of closed blocks: choices as keys open, waits, keys, what a simulated amplifier is told, what is logged."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,7 @@ class Said:
 
     def __init__(self, policy, decided=""):
         self.policy, self.decided = policy, decided
-        self.note = lambda kind, about: None
+        self.note, self.refused = lambda kind, about: None, Counter()
 
 
 def always(human):
@@ -83,6 +84,25 @@ def test_the_robot_waits_for_the_person_before_it_makes_what_it_left_lying():
     keys = [direction for direction, ignored, _ in lab.log.keys]
     # The person presses for the own steps alone.
     assert len(keys) == sum(row["actor"] == HUMAN for row in lab.log.rows)
+
+
+@pytest.mark.parametrize(("human", "one", "other"), [("NESW", "left", "taken"), ("", "taken", "left")])
+def test_steps_taken_from_the_person_and_steps_left_lying_are_counted(human, one, other):
+    lab = Lab(SMALL, policies=always(human)).run()
+    whose = "robot" if one == "left" else HUMAN
+    number = sum(choice["owner"] == whose and len(choice["step"]) == 1 for choice in chosen(lab))
+    assert getattr(lab.flow.seen, one) == number > 0
+    assert getattr(lab.flow.seen, other) == 0
+
+
+def test_how_long_the_robot_waited_for_the_person_reaches_no_marker():
+    """The loop hears EEG and markers alone: what it learns cannot depend on who was waited for in vain."""
+    told = []
+    for wait_s in (0.5, 4.0):
+        lab = Lab(SMALL, policies=always("NESW"), wait_s=wait_s).run()
+        assert lab.flow.seen.left
+        told.append([request.marker for _, request in lab.sent if isinstance(request, m.Go)])
+    assert told[0] == told[1]
 
 
 def test_it_is_chosen_as_keys_open():

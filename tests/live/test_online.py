@@ -9,7 +9,7 @@ import pytest
 from online_lab import LABELS, SFREQ, Lab, decoder, learner, moves
 from virtual_streams import Sender
 
-from hrcneuro.cli.onlining import compared
+from hrcneuro.cli.onlining import as_live, compared
 from hrcneuro.decoding import offline
 from hrcneuro.eeg.causal import State
 from hrcneuro.errors import DataError, HardwareError
@@ -275,6 +275,49 @@ def test_a_sender_whose_clock_is_set_is_told_and_no_move_is_placed_by_the_old_cl
             true = line["zero_stamp"] - (100.0 if line["zero_stamp"] > lab.begun + 50 else 0.0)
             assert true == pytest.approx(line["marker_s"], abs=0.02)
     assert lab.trials[-2]["update"]
+
+
+def test_where_the_markers_clock_is_set_their_times_are_fixed_anew_within_the_block():
+    lab = Lab(moves(episodes=3), trigger=False)
+    set_at, push = lab.begun + 6.0, lab.robot.push
+    lab.robot.push = lambda stamps, rows: push([one - 0.2 * (one > set_at) for one in stamps], rows)
+    lab.network.on_wait.append(lambda now: setattr(lab.robot, "offset", 0.2 if now > set_at else 0.0))
+    lab.run()
+    assert lab.loop.events["markers' clock"] == 1
+    assert any("markers' clock was set" in text for text in lab.told)
+    late = [line for line in lab.trials if line["marker_stamp"] > set_at + 5.5]
+    assert len(late) > 5
+    for line in late:
+        assert line["zero_stamp"] == pytest.approx(line["marker_stamp"] + 0.2, abs=2 / SFREQ)
+
+
+@pytest.mark.parametrize("options", [{"mode": "semi"}, {"mode": "closed", "afresh": True}])
+def test_a_block_whose_marker_is_missed_begins_with_its_first_move(options):
+    events = moves(episodes=2) + moves(episodes=1, block=2, start_s=24.0, seed=2)
+    without = [(at, text) for at, text in events if markers.block_in(text) is None]
+    assert len(without) == len(events) - 2
+    heard, missed = (Lab(one, options=OnlineOptions(**options)).run() for one in (events, without))
+    assert [line["q_after"] for line in missed.trials] == [line["q_after"] for line in heard.trials]
+    assert missed.loop.deciding.blocks == heard.loop.deciding.blocks == 2
+    assert missed.published[-1].split('"sent_s"')[0] == heard.published[-1].split('"sent_s"')[0]
+
+
+def test_two_streams_of_markers_are_told_once_and_neither_is_heard():
+    lab = Lab(moves(episodes=2))
+    lab.robot.close()
+    lab.network.outlets += [Sender("hrcneuro-moves", "Markers", source_id=f"robot{i}") for i in range(2)]
+    lab.run(4.0)
+    assert sum("2 streams are named 'hrcneuro-moves'" in text for text in lab.told) == 1
+
+
+def test_a_replay_of_which_no_score_could_be_compared_is_not_the_live_session():
+    counts = dict.fromkeys(("equal", "different", "undecided", "unrecorded", "unknown"), 0)
+    assert as_live(counts)
+    assert as_live({**counts, "equal": 5, "unknown": 2})
+    assert as_live({**counts, "undecided": 3})
+    assert not as_live({**counts, "unknown": 8})
+    assert not as_live({**counts, "unrecorded": 8})
+    assert not as_live({**counts, "equal": 5, "different": 1})
 
 
 def test_strange_markers_are_counted_and_not_heeded():

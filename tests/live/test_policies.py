@@ -66,7 +66,8 @@ def test_in_shadow_there_is_none(network, policies):
         text({"N": 0.5}), text({**POLICY, "NE": 0.5}), text([0.5] * 4), text(None), text(POLICY, "shadow"),
         text(mode="open"), "",
         "[" * 100_000, '{"policy": ' + "[" * 100_000, "no JSON", "[]", "7", "null",
-        json.dumps({"mode": "closed", "policy": POLICY}),
+        json.dumps({"mode": "closed", "policy": POLICY}), text(marker="\ud800"), text(marker=7), text(marker=None),
+        json.dumps({"mode": "closed", "policy": POLICY, "sent_s": "soon"}),
     ],
 )  # fmt: skip
 def test_what_is_not_sound_is_refused_counted_and_noted_and_the_last_one_holds(network, policies, wrong):
@@ -80,8 +81,10 @@ def test_what_is_not_sound_is_refused_counted_and_noted_and_the_last_one_holds(n
 
 def test_a_flood_of_nonsense_is_counted_and_does_not_fill_the_log(network, policies):
     say(network, policies, *(f"nonsense {i}" for i in range(500)))
-    assert sum(policies.refused.values()) == 500
-    assert len(policies.noted) <= 20
+    say(network, policies, *(text(mode=f"mode {i}") for i in range(500)))
+    assert sum(policies.refused.values()) == 1000
+    assert len(policies.refused) == 2
+    assert len(policies.noted) <= 40
 
 
 def test_a_loop_that_is_started_anew_is_heard(network, policies):

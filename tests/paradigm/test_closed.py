@@ -134,9 +134,17 @@ def test_the_same_seed_gives_the_same_paths_whatever_the_robot_does():
 def test_a_person_who_adapts_comes_to_expect_what_the_robot_does():
     habits = Habits()
     assert habits.expected("N", HUMAN) == HUMAN
-    for _ in range(3):
-        habits.saw("N", ROBOT)
+    # It drifts: what is seen once turns nobody.
+    for _ in range(6):
+        habits.saw("N", ROBOT, HUMAN)
+        assert habits.expected("N", HUMAN) == HUMAN
+    habits.saw("N", ROBOT, HUMAN)
     assert habits.expected("N", HUMAN) == ROBOT
+    # Owners that are drawn anew are known to the person.
+    assert habits.expected("N", ROBOT) == ROBOT
+    for _ in range(4):
+        habits.saw("N", HUMAN, HUMAN)
+    assert habits.expected("N", HUMAN) == HUMAN
     assert habits.expected("E", HUMAN) == HUMAN
     block = draw_closed(ClosedParams(blocks=1, episodes_per_block=20, adapts=True), rng=rng(2))[0]
     for episode in block.episodes():
