@@ -72,6 +72,8 @@ class LoopModel:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it is a probability: 0 to 1")
         if self.errp is not None and self.mode == "shadow":
             raise ValueError("errp in mode shadow: where each makes the own steps, nothing surprises")
+        if self.errp is not None and self.kind.evidence != "decision":
+            raise ValueError("errp for a learner that weighs evidence: an error-related potential has a rate alone")
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ CAUSES = {
     "missing": "its last sample did not come",
     "gone": "its marker or its samples came so late that they were no longer kept",
     "not finite": "a sample is no number",
-    "clock": "the clocks' difference was not known: it was measured never, or not since a clock was set anew",
+    "clock": "how far the two clocks differ was not known: not measured yet, or not since one of them was set",
     "artefact": "it deviates by more than the decoder accepts (calibrate.reject_uv)",
     "railed": "a channel reached the end of its range (record.rail_uv)",
     "late": "it was decided after the deadline (online.deadline_s)",

@@ -113,7 +113,7 @@ class Hearing:
         if tags["subject"] != self._subject:
             return "of another subject"
         if not math.isfinite(when):
-            return "of no time"
+            return "without a time"
         if when > now + _AHEAD_S:
             return "of the future"
         # Of another session, or its clock is another one.

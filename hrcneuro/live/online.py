@@ -306,8 +306,8 @@ class Online:
             state = "is there and brings nothing" if there else "is gone"
             raise HardwareError(
                 f"no EEG for {silent:.1f} s: {was.name!r} {state}; all that was decided stands in the log",
-                cure="start the amplifier's program again, then this command with --go-on, which keeps what was learned; "
-                "the session, which pauses meanwhile, goes on by the experimenter's key",
+                cure="start the amplifier's program again, then this command with --go-on, which keeps what was "
+                "learned; the session, which pauses meanwhile, goes on by the experimenter's key",
             )
 
     def _go_on(self, opening: Future[Inlet]) -> None:

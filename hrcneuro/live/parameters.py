@@ -115,7 +115,7 @@ class OnlineOptions:
     afresh: bool = option(False, "forget all at a block's beginning: where owners are drawn anew in each block")
     scenarios: tuple[str, ...] = option(("iC",), "scenarios whose moves teach; in others it is decided and logged only")
     deadline_s: float = option(
-        0.75, "a decision that is sent later after its onset makes no update", unit="s", low=0.6, high=5.0
+        0.75, "a move that is decided later after its onset makes no update", unit="s", low=0.6, high=5.0
     )
     snap_s: float = option(
         0.1, "so far a trigger's edge may be from the marker that it times", unit="s", low=0, high=0.5

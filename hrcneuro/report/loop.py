@@ -286,7 +286,7 @@ def _verdict(here: tuple[float, float], expected: tuple[float, float]) -> str:
     beyond = here[0] - expected[0]
     if np.isnan(beyond) or abs(beyond) <= expected[1]:
         return ""
-    return f", so that this is {'more' if beyond > 0 else 'less'} than chance explains"
+    return f", so that this is {'more' if beyond > 0 else 'less'} than the null model explains"
 
 
 def _share(value: Mean) -> str:

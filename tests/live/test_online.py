@@ -335,7 +335,7 @@ def test_strange_markers_are_counted_and_not_heeded():
         lab.robot.push([when], [[text]])
     lab.run()
     assert lab.loop.hearing.strange == {
-        "of another subject": 1, "of the future": 1, "of the past": 1, "of no time": 1
+        "of another subject": 1, "of the future": 1, "of the past": 1, "without a time": 1
     }  # fmt: skip
     assert len(lab.trials) == 8
     assert lab.causes == {"last": 1}

@@ -29,7 +29,8 @@ from hrcneuro.analyses.loop_rows import loop_tables
 from hrcneuro.analyses.loop_sessions import STAGES, causes, deadlines, latencies
 
 EPISODES, A_BLOCK = 13, 60  # decisions of a block, at least: an episode's last move has none
-IDLE_MS, BUSY_MS, PUBLISHED_MS = 620, 650, 5
+AMP_MS, PUBLISHED_MS = 30, 5
+LIMIT_MS = 620 + AMP_MS  # the simulated amplifier sends so long after a sample is taken
 
 
 class Usage:
@@ -72,25 +73,25 @@ def session(closed: Closed, decisions: int) -> Iterator[Row]:
     print(f"     last sample received to decision sent {summary(after)} ms")
     n, of = counts["decided"]
     yield f"{n} of {of} steps after a move decided; not taught by: {causes(steps)}", n >= decisions, ""
-    p99 = np.percentile(times["decided"], 99)
-    yield f"decided after {p99:.1f} ms at p99", p99 <= BUSY_MS, f"{IDLE_MS} ms idle, {BUSY_MS} ms busy"
+    p99 = np.percentile(times["sent"], 99)
+    yield f"sent after {p99:.1f} ms at p99", p99 <= LIMIT_MS, f"{LIMIT_MS} ms, of which the amplifier takes {AMP_MS}"
     yield f"in time {counts['deadline_met'][0]} of {n}", True, ""
     p99 = np.percentile(after, 99)
     yield f"sent {p99:.2f} ms after the last sample was received at p99", p99 <= PUBLISHED_MS, "5 ms"
     yield f"the loop took {100 * share:.1f} % of a core", share <= 0.25, "25 % allowed"
     memory = usage.memory
     yield f"and {max(memory):.0f} MB at most", max(memory) <= 300, "300 MB allowed"
-    yield from replayed(closed)
+    yield from replayed(closed, decisions)
 
 
-def replayed(closed: Closed) -> Iterator[Row]:
+def replayed(closed: Closed, decisions: int) -> Iterator[Row]:
     """The recording, replayed, gives the session's decisions to the bit."""
     (recording,) = {path.parent for path in closed.lab.folder.glob("recordings/s01/*/part*.xdf")}
     words = ["online", "s01", "--json", "--mode", "closed", "--replay", str(recording)]
     place = {"cwd": closed.lab.folder, "env": closed.lab.environment}
     done = subprocess.run([*COMMAND, *words], **place, capture_output=True, text=True, check=False)
     against = json.loads(done.stdout or "{}").get("against_log", {})
-    yield f"replayed: {against}", done.returncode == 0 and not against.get("different", 1), done.stderr[-1000:]
+    yield f"replayed: {against}", done.returncode == 0 and against.get("equal", 0) >= decisions, done.stderr[-1000:]
 
 
 def summary(values: np.ndarray) -> str:
