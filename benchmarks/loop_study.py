@@ -60,6 +60,7 @@ WAYS: dict[str, LoopModel] = {
     "semi": replace(BASE, mode="semi"),
     "shadow": replace(BASE, mode="shadow"),
     "direct (§4.2)": replace(BASE, mode="direct"),
+    "closed, a person who adapts": replace(BASE, closed=replace(BASE.closed, adapts=True)),
     "closed, floor 0.05": replace(BASE, floor=0.05),
     "closed, floor 0.1": replace(BASE, floor=0.1),
     "closed, in time in 27 %": replace(BASE, in_time=0.27),

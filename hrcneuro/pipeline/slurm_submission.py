@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,7 +71,8 @@ def submit(
         engine.update_parameters(
             job_name=f"hrcneuro-{tickets[0].job.task.name}",
             time=what.minutes + WARNED_MIN,
-            mem=f"{what.memory_gb:g}GB",
+            # sbatch takes whole numbers alone.
+            mem=f"{math.ceil(1024 * what.memory_gb)}MB",
             cpus_per_task=1,
             ntasks_per_node=1,
             array_parallelism=workers or LONGEST,

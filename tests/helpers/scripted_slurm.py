@@ -16,6 +16,9 @@ SCRIPTS = {
     "sbatch": """
 length=$(sed -n 's/^#SBATCH --array=0-\\([0-9]*\\).*/\\1/p' "$1")
 echo $((${{length:-0}} + 1)) >> {place}/lengths
+if grep '^#SBATCH --mem=' "$1" | grep -qv '=[0-9]*[KMGT]B*$'; then
+  echo "sbatch: error: Invalid --mem specification" >&2; exit 1
+fi
 said=$(sed -n 1p {place}/says 2>/dev/null)
 sed -i 1d {place}/says 2>/dev/null
 if [ -n "$said" ]; then echo "sbatch: error: $said" >&2; exit 1; fi

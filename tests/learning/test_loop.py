@@ -141,11 +141,12 @@ def test_a_person_who_adapts_is_scored_by_their_own_choice_and_comes_to_expect_w
     """The robot that never learns tosses coins: what is expected drifts away from who owns a step."""
     adapting = ClosedParams(blocks=2, episodes_per_block=10, adapts=True)
     still, drifting = (
-        simulate_loop(model("closed", closed=one, floor=0.5), PERFECT, sessions=6, seed=2)
+        simulate_loop(model("closed", closed=one, floor=0.5), PERFECT, sessions=12, seed=2)
         for one in (ClosedParams(blocks=2, episodes_per_block=10), adapting)
     )
     assert (rates_by_case(still).mean == 1).all()
-    assert (rates_by_case(drifting).high < 0.9).all()
+    assert (rates_by_case(drifting).mean < 0.9).all()
+    assert (rates_by_case(drifting).high < 1).all()
 
 
 def test_who_often_presses_a_wrong_key_leaves_many_diagonals():

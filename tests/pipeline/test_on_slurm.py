@@ -66,6 +66,15 @@ def test_a_busy_server_is_asked_again_and_that_is_told(slurm, scripted, notes, j
     assert notes == [f"note: SLURM takes no job at the moment ({said}); it is asked again, 1 s long"]
 
 
+@pytest.mark.parametrize("memory_gb", [1.0, 1.5, 2.3])
+def test_memory_is_asked_for_as_sbatch_takes_it(job, scripted, notes, memory_gb):
+    site = Site(job.root, ClusterOptions(wait_s=1.0), lambda task: Resources(memory_gb, 10, 1), notify=notes.append)
+    with on_slurm.Slurm(site) as engine:
+        future = engine.submit(execute, job)
+        leave(engine._private, *jobs_of(engine, 1), FAILED)
+        assert settled(future) == (State.FAILED, "it has run and failed")
+
+
 def test_a_server_that_stays_busy_is_given_up_and_its_words_are_told(slurm, scripted, job):
     scripted.says(*["Unable to contact slurm controller (connect failure)"] * 1000)
     state, problem = settled(slurm.submit(execute, job))
