@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)(?:\[(?P<extras>[^\]]*)\])?\s*(?:>=(?P<least>[\d.]+))?")
 _EXTRA = re.compile(r"extra\s*==\s*['\"](?P<extra>[\w-]+)['\"]")
-_LOW_DISK_GB = 5.0
+_LOW_DISK_GB = 8.0
 _LOW_MEMORY_GB = 3.0
 
 
@@ -190,7 +190,7 @@ def _judge_disk(view: dict[str, Any], disk: DiskForecast) -> None:
 
 def _judge_room(view: dict[str, Any]) -> None:
     if view["disk_free_gb"] < _LOW_DISK_GB and view["disk_wanted_gb"] is None:
-        view["notes"].append(f"only {view['disk_free_gb']:.1f} GB of disk are free; the whole study writes about 5 GB")
+        view["notes"].append(f"only {view['disk_free_gb']:.1f} GB of disk are free; the whole study writes about 8 GB")
     if view["memory_gb"] < _LOW_MEMORY_GB * view["cores"]:
         view["notes"].append(
             f"{view['memory_gb']:.1f} GB of memory for {view['cores']} cores; where it runs out, use fewer workers (-j)"

@@ -231,11 +231,12 @@ class Cluster(ABC):
 
 def _missing(dispatch: Dispatch) -> StageError:
     task, counts = dispatch.job.task, {reason: dispatch.lost.count(reason) for reason in dispatch.lost}
+    stage = f"cluster.stages.{task.subject}"
     times = [f"{reason}{f', {n} times' if n > 1 else ''}" for reason, n in counts.items()]
     return StageError(
         f"{task} is missing: {'; '.join(times)}",
         cure="the same command goes on from here, with what is missing alone; where memory or time ran out, give more: "
-        f"--set cluster.stages.{task.subject}.memory_gb=8, .minutes=120 or .retries=5",
+        f"--set {stage}.memory_gb=8 --set {stage}.minutes=120 --set {stage}.retries=5",
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hrcneuro.config.cluster import ClusterOptions, StageResources
+from hrcneuro.contract import GROUP
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.measured import Measured, Place
 
@@ -32,19 +33,24 @@ class Resources:
         return replace(self, memory_gb=2 * self.memory_gb) if what == "memory" else self
 
 
-def most(known: Mapping[Place, Measured]) -> dict[str, Measured]:
-    """Return the most that any unit of each stage, and of its pictures, took."""
-    found: dict[str, Measured] = {}
-    for (name, _), one in known.items():
-        before = found.get(name, Measured())
-        found[name] = Measured(max(before.seconds, one.seconds), max(before.peak_mb, one.peak_mb))
+Kind = tuple[str, bool]
+"""A stage's numbers or pictures, and whether they are of the group: it takes what no subject tells."""
+
+
+def most(known: Mapping[Place, Measured]) -> dict[Kind, Measured]:
+    """Return the most that any unit of each kind took."""
+    found: dict[Kind, Measured] = {}
+    for (name, unit), one in known.items():
+        kind = name, unit == GROUP
+        before = found.get(kind, Measured())
+        found[kind] = Measured(max(before.seconds, one.seconds), max(before.peak_mb, one.peak_mb))
     return found
 
 
-def resources(task: Task, options: ClusterOptions, known: Mapping[str, Measured]) -> Resources:
+def resources(task: Task, options: ClusterOptions, known: Mapping[Kind, Measured]) -> Resources:
     """Return what a task's job may use: its stage's values, else those for all, else by what was recorded."""
     own = options.stages.get(task.subject, StageResources())
-    last = known.get(task.name)
+    last = known.get((task.name, task.unit == GROUP))
     memory = _UNKNOWN_GB if last is None else max(_LEAST_GB, math.ceil(2 * _MORE_MEMORY * last.peak_mb / 1024) / 2)
     minutes = _UNKNOWN_MIN if last is None else max(_LEAST_MIN, math.ceil(_MORE_TIME * last.seconds / 60))
     return Resources(

@@ -5,6 +5,7 @@ from one_job import one_job
 
 from hrcneuro.config import settings as config
 from hrcneuro.config.cluster import ClusterOptions, StageResources
+from hrcneuro.contract import GROUP
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline.graph import Task
 from hrcneuro.pipeline.job import execute
@@ -23,14 +24,18 @@ def test_what_nobody_has_said_or_measured_is_generous():
     [(Measured(2.0, 100.0), 1.0, 5), (Measured(600.0, 1024.0), 1.5, 30), (Measured(601.0, 1500.0), 2.5, 31)],
 )
 def test_what_was_measured_is_asked_for_with_room_above_it(last, memory_gb, minutes):
-    found = resources(ERP, ClusterOptions(), {"erp": last, "ersp": Measured(9e9, 9e9)})
+    found = resources(
+        ERP,
+        ClusterOptions(),
+        {("erp", False): last, ("erp", True): Measured(9e9, 9e9), ("ersp", False): Measured(9e9, 9e9)},
+    )
     assert (found.memory_gb, found.minutes) == (memory_gb, minutes)
     assert found.memory_gb * 1024 >= min(1.0, last.peak_mb) * 1.5
 
 
 def test_a_stage_s_own_values_go_before_those_for_all_and_these_before_measurements():
     options = ClusterOptions(memory_gb=3.0, minutes=7, retries=1, stages={"erp": StageResources(memory_gb=9.0)})
-    known = {"erp": Measured(5.0, 500.0)}
+    known = {("erp", False): Measured(5.0, 500.0)}
     assert resources(ERP, options, known) == Resources(9.0, 7, 1)
     assert resources(Task.of("ersp", "s01"), options, known) == Resources(3.0, 7, 1)
     assert resources(Task.drawing("erp", "s01"), options, known).memory_gb == 9.0
@@ -53,13 +58,21 @@ def test_records_are_measured_and_what_never_ran_is_not(tmp_path):
 @pytest.mark.parametrize("odd", [float("inf"), float("nan"), -1, 1e30, 10**400, True, "600", None, [1]])
 def test_what_no_run_can_have_taken_counts_as_unknown(odd):
     assert Measured.read({"seconds": odd, "peak_rss_mb": odd}) == Measured()
-    found = resources(ERP, ClusterOptions(), {"erp": Measured.read({"seconds": odd, "peak_rss_mb": odd})})
+    found = resources(ERP, ClusterOptions(), {("erp", False): Measured.read({"seconds": odd, "peak_rss_mb": odd})})
     assert (found.memory_gb, found.minutes) == (1.0, 5)
 
 
 def test_a_stage_is_known_by_the_most_that_any_of_its_units_took():
     known = {("erp", "s01"): Measured(1.0, 200.0), ("erp", "s02"): Measured(3.0, 100.0), ("ersp", "s01"): Measured(2.0)}
-    assert most(known) == {"erp": Measured(3.0, 200.0), "ersp": Measured(2.0)}
+    assert most(known) == {("erp", False): Measured(3.0, 200.0), ("ersp", False): Measured(2.0)}
+
+
+def test_a_group_asks_by_what_a_group_took_and_no_subject():
+    subjects = most({("erp", "s01"): Measured(1.0, 200.0)})
+    group = Task.of("erp", GROUP)
+    assert resources(group, ClusterOptions(), subjects) == resources(group, ClusterOptions(), {})
+    took = most({("erp", "s01"): Measured(1.0, 200.0), ("erp", GROUP): Measured(900.0, 4096.0)})
+    assert resources(group, ClusterOptions(), took) == Resources(6.0, 45, 2)
 
 
 def test_the_configuration_gives_a_stage_values_of_its_own_and_names_what_is_no_stage(tmp_path):
