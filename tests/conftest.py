@@ -83,8 +83,12 @@ def hrcneuro(common):
 
 @pytest.fixture(scope="session")
 def smoke(common):
-    """The working folder of a finished smoke study, shared by all test workers; do not change it."""
-    folder = common / "smoke"
+    """The working folder of a finished smoke study, shared by all test workers; do not change it.
+
+    ``SMOKE`` may name it, for who goes on with it after the tests: a folder that is not there yet.
+    """
+    folder = Path(os.environ.get("SMOKE") or common / "smoke").absolute()
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{folder}.lock"):
         if not (folder / "done").exists():
             done = call("run", "pipelines/smoke.toml", "--workdir", folder, "-j", "2", "--json", timeout=500)
