@@ -18,9 +18,8 @@ smoke: $(VENV)/runs           ## three short subjects through every stage
 	$(BIN)/hrcneuro run pipelines/smoke.toml -j $(JOBS) --workdir work/smoke
 
 test: lint                    ## lint, types, import arrows, tests, and the smoke study twice
-	$(BIN)/pytest -n $(JOBS) --dist worksteal
 	rm -rf work/smoke
-	$(MAKE) --no-print-directory smoke
+	SMOKE=work/smoke $(BIN)/pytest -n $(JOBS) --dist worksteal
 	$(BIN)/python tests/only_hits.py work/smoke
 
 chaos: $(VENV)/ready          ## faults of many kinds, and a table: tried, survived, lost; KILLS, TRIALS and SEED change it

@@ -61,9 +61,16 @@ def call(*arguments, cwd=ROOT, env=None, timeout=300):
 
 
 @pytest.fixture(scope="session")
-def hrcneuro():
+def common(tmp_path_factory, worker_id):
+    """The folder that all test workers of this session have in common."""
+    base = tmp_path_factory.getbasetemp()
+    return base if worker_id == "master" else base.parent
+
+
+@pytest.fixture(scope="session")
+def hrcneuro(common):
     """The command line as a function; with an environment that Python reads as it starts, from scratch."""
-    starter = Starter(ROOT)
+    starter = Starter(ROOT, memory=common / "source.json")
 
     def run(*arguments, cwd=ROOT, env=None, timeout=300):
         if read_once(env or {}):
@@ -75,10 +82,13 @@ def hrcneuro():
 
 
 @pytest.fixture(scope="session")
-def smoke(tmp_path_factory, worker_id):
-    """The working folder of a finished smoke study, shared by all test workers; do not change it."""
-    base = tmp_path_factory.getbasetemp()
-    folder = (base if worker_id == "master" else base.parent) / "smoke"
+def smoke(common):
+    """The working folder of a finished smoke study, shared by all test workers; do not change it.
+
+    ``SMOKE`` may name it, for who goes on with it after the tests: a folder that is not there yet.
+    """
+    folder = Path(os.environ.get("SMOKE") or common / "smoke").absolute()
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{folder}.lock"):
         if not (folder / "done").exists():
             done = call("run", "pipelines/smoke.toml", "--workdir", folder, "-j", "2", "--json", timeout=500)

@@ -2,14 +2,12 @@
 
 import glob
 import json
-import os
 import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from started import libraries
 
 from hrcneuro.config import settings, shipped
 from hrcneuro.config.pipelinefile import read_pipeline
@@ -61,13 +59,7 @@ def test_a_package_without_its_repository_has_them(tmp_path):
     site = tmp_path / "site"
     shutil.copytree(ROOT / "hrcneuro", site / "hrcneuro", ignore=shutil.ignore_patterns("__pycache__"))
     for words in (["config", "check", "--config", "smoke"], ["run", "smoke", "--dry-run", "--json"]):
-        done = subprocess.run(
-            [sys.executable, "-m", "hrcneuro", *words],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(site)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-    assert {item["unit"] for item in json.loads(done.stdout)["items"]} == {"s01", "s02", "s03", "group"}
+        given = {"environment": {"PYTHONPATH": str(site)}, "paths": [site]}
+        ended, out, err = libraries().run(words, cwd=tmp_path, timeout=300, **given)
+        assert ended == 0, err
+    assert {item["unit"] for item in json.loads(out)["items"]} == {"s01", "s02", "s03", "group"}

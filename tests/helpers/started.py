@@ -1,7 +1,8 @@
 """Processes of their own that start at once: a process that has loaded the libraries forks for each.
 
 Loading takes a second or more and is the same for every command. The child is a process like any other: its own
-arguments, folder, environment, streams and exit code; only that a run has one worker where -j does not say otherwise.
+arguments, folder, environment, streams and exit code; only that a run has one worker where -j does not say otherwise,
+and that what one child has read of the program's source, for the keys, the next need not parse again.
 ``python started.py MODULE …`` is the process that forks, with these modules loaded: it reads one request a line and
 answers with the number of the child, then with its exit code.
 """
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from pathlib import Path
 
 LIBRARIES = (
@@ -35,13 +37,17 @@ def read_once(names):
 
 
 class Starter:
-    """Runs one process after another; the one that forks lives until :meth:`end`, with ``modules`` loaded."""
+    """Runs one process after another; the one that forks lives until :meth:`end`, with ``modules`` loaded.
 
-    def __init__(self, folder, modules=PRODUCT):
+    ``memory`` is the file in which they keep what they have read of the program's source; it may be others', too.
+    """
+
+    def __init__(self, folder, modules=PRODUCT, memory=None):
         # One thread: a process that forks must have no other.
         threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         self.environment = {**os.environ, **threads, "NO_COLOR": "1"}
         self.environment.pop("HRCNEURO_CACHE", None)
+        self._memory = memory
         self._process = subprocess.Popen(
             [sys.executable, __file__, *modules],
             cwd=folder,
@@ -64,6 +70,7 @@ class Starter:
                 "cwd": str(cwd),
                 "environment": {**self.environment, **(environment or {})},
                 "paths": [*map(str, paths)],
+                "memory": self._memory and str(self._memory),
                 "out": str(out),
                 "err": str(err),
             }
@@ -124,8 +131,46 @@ def become(request):
     sys.argv = ["-c" if request["code"] else "hrcneuro", *request["arguments"]]
 
 
+def remember(place):
+    """Read no source file a second time that is as it was when another process read it; ``place`` is its memory.
+
+    A fresh working folder has everything to read, which takes seconds. What is remembered goes the product's usual way
+    from there: into the memo of the folder's own cache.
+    """
+    from hrcneuro.cache import fingerprint
+
+    read, new = fingerprint.read_code, {}
+
+    @functools.cache
+    def known():
+        return json.loads(place.read_text(encoding="utf-8")) if place.exists() else {}
+
+    def remembered(path, name, package):
+        stat = path.stat()
+        row = json.dumps([str(path.absolute()), stat.st_size, stat.st_mtime_ns, stat.st_ino, name, package])
+        if row not in known():
+            value = read(path, name, package)
+            # As for the memo: what was written a moment ago may change again within a tick of the clock.
+            if time.time_ns() - stat.st_mtime_ns > 2e9:
+                new[row] = value
+            return value
+        digest, imports = known()[row]
+        return digest, imports
+
+    def save():
+        if new:
+            part = place.with_name(f"{place.name}.{os.getpid()}")
+            part.write_text(json.dumps({**known(), **new}), encoding="utf-8")
+            part.replace(place)
+
+    fingerprint.read_code = remembered
+    atexit.register(save)
+
+
 def perform(request):
     """Do what was asked for; return the exit code."""
+    if request["memory"]:
+        remember(Path(request["memory"]))
     try:
         if request["code"]:
             exec(compile(request["code"], "<string>", "exec"), {"__name__": "__main__"})

@@ -40,7 +40,15 @@ def test_the_installed_program_is_not_the_repositorys(programs, tmp_path):
 
 
 # What takes long: the new study finds it in its cache, computed by the repository's program.
-GIVEN = ("ersp", "decode", "erp.figures", "ersp.figures", "decode.figures", "simulate.figures")
+GIVEN = ("ersp", "erp", "decode", "erp.figures", "ersp.figures", "decode.figures", "simulate.figures", "robot.figures")
+
+
+def link(source, target):
+    """Link a file, or copy it where the target lies on another file system."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
 
 
 def begin(command, folder, programs, smoke):
@@ -48,16 +56,18 @@ def begin(command, folder, programs, smoke):
     init, rest = command.split(" && ", 1)
     code, said = enter(init, folder, programs)
     assert code == 0, said
+    taken = {False: 0, True: 0}
     for name in GIVEN:
         place = folder / init.split()[-1] / "cache" / name
-        shutil.copytree(smoke / "cache" / name, place, copy_function=os.link)
+        shutil.copytree(smoke / "cache" / name, place, copy_function=link)
+        taken[name.endswith(".figures")] += len(list(place.iterdir()))
     code, text = enter(rest, folder, programs)
     # The study of init is the smoke study: whoever computes it, in whatever folder, its keys are the same.
     counts = re.search(r"^run: (\d+) fresh, (\d+) ran; pictures: (\d+) fresh, (\d+) ran$", text, flags=re.M)
     assert counts, text
     fresh, ran, there, drawn = map(int, counts.groups())
-    # Of three subjects and the group.
-    assert (fresh, there) == (8, 13)
+    assert (fresh, there) == (taken[False], taken[True])
+    assert min(ran, drawn) > 0
     return code, f"{said}{text}run: {ran + fresh} ran; pictures: {drawn + there} ran\n"
 
 

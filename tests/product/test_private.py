@@ -56,13 +56,14 @@ def left(tmp_path_factory):
     write_tiny(base)
     pipeline = base / "pipeline.toml"
     pipeline.write_text('config = "tiny.toml"\nstages = ["acquire", "preprocess", "epoch", "simulate", "robot"]\n')
-    shared = ["--workdir", base / "one", "-j", "1"]
+    # One subject, and for the arm one episode: more of them write no other kind of file.
+    shared = ["--workdir", base / "one", "-j", "1", "--set", "study.subjects=['s01']", "--set", "robot.blocks=[1]"]
     second = f"ssh://{USER}:{SECRET}@127.0.0.1:1{base}/bucket"
     done = command(base, "run", pipeline, *shared, "--from", second if has("paramiko") else base / "none")
     assert done.returncode == 0, done.stderr
     if has("distributed"):
         there = ["--workdir", base / "dask", "--executor", "dask", "-j", "1", "--config", base / "tiny.toml"]
-        assert command(base, "acquire", *there).returncode == 0
+        assert command(base, "acquire", "s01", *there).returncode == 0
     (base / "raw").mkdir()
     (base / "raw" / "s01.fif").write_bytes(next((base / "one/cache/acquire").rglob("s01_raw.fif")).read_bytes()[:30000])
     other = ["--config", base / "tiny.toml", "--workdir", base / "bad", "-j", "1", "--set", "acquire.source=file"]

@@ -4,11 +4,12 @@ import importlib.util
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
 import pytest
-from tiny_study import ROOT, artifacts
+from tiny_study import ROOT, numbers
 
 pytestmark = pytest.mark.skipif(not importlib.util.find_spec("snakemake"), reason="snakemake is not installed")
 STAGES = ("acquire", "preprocess", "epoch", "simulate")
@@ -50,12 +51,11 @@ def ours(hrcneuro, tiny, *assignments):
     return {name for name, state in done.states.items() if state == "would-run"}
 
 
-def test_a_dry_run_names_the_same_tasks_as_ours(hrcneuro, snakemake, tiny):
+def test_a_dry_run_names_the_same_tasks_as_ours(hrcneuro, snakemake, tiny, finished):
     everything = named(snakemake("--dry-run"))
     assert everything == ours(hrcneuro, tiny)
     assert len(everything) == 7
-    whole = ("run", "--config", "tiny.toml", "--set", STUDY, "--workdir", "there", "--no-figures", "-j", "1")
-    assert hrcneuro(*whole, cwd=tiny).code == 0
+    shutil.copytree(finished / "one", tiny / "there", symlinks=True)
     assert named(snakemake("--dry-run")) == set()
     changed = ("preprocess.h_freq=30",)
     again = named(snakemake("--dry-run", assignments=changed))
@@ -63,12 +63,11 @@ def test_a_dry_run_names_the_same_tasks_as_ours(hrcneuro, snakemake, tiny):
     assert again == {f"{stage} {unit}" for stage in ("preprocess", "epoch") for unit in ("s01", "s02")}
 
 
-def test_its_jobs_make_the_same_bytes_and_a_second_time_there_are_none(hrcneuro, snakemake, tiny):
+def test_its_jobs_make_the_same_bytes_and_a_second_time_there_are_none(snakemake, tiny, finished):
     one = "study.subjects=['s01']"
     snakemake(assignments=[one])
-    given = ("--config", "tiny.toml", "--set", STUDY, "--set", one, "--workdir", "here", "--no-figures", "-j", "1")
-    assert hrcneuro("run", *given, cwd=tiny).code == 0
-    assert artifacts(tiny / "here") == artifacts(tiny / "there") != {}
+    ours = {name: digest for name, digest in numbers(finished / "one").items() if "/s02/" not in name}
+    assert numbers(tiny / "there") == ours != {}
     assert "Nothing to be done" in snakemake(assignments=[one])
     changed = "epoch.tmax=0.9"
     assert named(snakemake("--dry-run", assignments=[one, changed])) == {"epoch s01"}

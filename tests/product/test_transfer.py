@@ -35,7 +35,7 @@ def test_it_runs_once_says_what_came_out_and_stands_in_the_report(hrcneuro, lab)
     assert "RRvsRH, causal" in shown.out
     assert "recentred, none" in shown.out
     named = 'study.stages=["acquire", "preprocess", "epoch", "transfer"]'
-    report = hrcneuro("report", "--set", named, *given)
+    report = hrcneuro("report", "--no-figures", "--set", named, *given)
     assert report.code == 0, report.err
     page = (lab / "work" / "results" / "report.html").read_text()
     assert "Decoders without calibration" in page
