@@ -39,7 +39,7 @@ def test_it_runs_once_says_what_came_out_and_stands_in_the_report(hrcneuro, lab)
     assert shown.out.splitlines()[0] == "calibrate, s01"
     artifacts = next(item["artifacts"] for item in first.json["items"] if item["stage"] == "calibrate")
     assert {"decoder.npz", "decoder.json"} <= set(artifacts)
-    report = hrcneuro("report", "--no-figures", *given)
+    report = hrcneuro("report", *given)
     assert report.code == 0, report.err
     page = (lab / "work" / "results" / "report.html").read_text()
     assert "A decoder for live use" in page
