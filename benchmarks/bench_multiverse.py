@@ -73,11 +73,11 @@ def run(arguments: list[str]) -> tuple[_measure.Seconds, Any]:
 
 
 def recorded(work: Path) -> dict[str, list[tuple[str, float]]]:
-    """Return stage -> unit and seconds of each entry."""
+    """Return stage -> unit and processor seconds of each entry."""
     found = defaultdict(list)
     for path in work.glob("cache/*/*/*/record.json"):
         record = json.loads(path.read_text())
-        found[record["stage"]].append((record["unit"], record["provenance"]["seconds"]))
+        found[record["stage"]].append((record["unit"], record["provenance"]["cpu_seconds"]))
     return found
 
 

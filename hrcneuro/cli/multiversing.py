@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from hrcneuro.cli.console import Console
 from hrcneuro.cli.multiverse_plan import Work, planned
 from hrcneuro.cli.options import Options
 from hrcneuro.config.multiverses import Choice
-from hrcneuro.errors import StageError
+from hrcneuro.errors import ConfigError, StageError
 from hrcneuro.pipeline import executors, second_cache
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.provenance import provenance
@@ -32,6 +33,8 @@ from hrcneuro.report.results import Results
 
 def run(options: Options, file: Path, disk_gb: float | None) -> int:
     """Plan, run and judge a multiverse; return the exit code."""
+    if disk_gb is not None and not 0 < disk_gb < math.inf:
+        raise ConfigError(f"--disk is {disk_gb:g}", cure="give a number of GB above 0, such as --disk 10")
     work = planned(options, file)
     talk = bring.console(options)
     for one in work.every:

@@ -128,6 +128,8 @@ def _unit(recording: Recording, i: int, word: str, kind: str, table: str) -> Non
         )
     elif kind == "misc" and is_no_voltage(word):
         recording.units[i] = word
+    elif not unit and word.lower() not in ("", "n/a"):
+        recording.notes.append(f"the unit {word!r} of {recording.ch_names[i]} is no voltage and is not used")
 
 
 def _events(recording: Recording, table: Path, wanted: str) -> None:
@@ -199,7 +201,10 @@ def _places(recording: Recording, table: Path, system: Path) -> None:
     """Give EEG channels the places of electrodes.tsv, where its system of coordinates is known."""
     import mne
 
-    about: dict[str, Any] = json.loads(system.read_text(encoding="utf-8"))
+    try:
+        about: dict[str, Any] = dict(json.loads(system.read_text(encoding="utf-8")))
+    except (ValueError, TypeError) as error:
+        raise DataError(f"{system.name} is no JSON object: {error}", cure="write it as BIDS has it") from error
     name, scale = str(about.get("EEGCoordinateSystem")), _LENGTHS.get(str(about.get("EEGCoordinateUnits")))
     marks = about.get("AnatomicalLandmarkCoordinates") or {}
     landmarks = {ours: marks.get(theirs) for ours, theirs in (("nasion", "NAS"), ("lpa", "LPA"), ("rpa", "RPA"))}
@@ -217,8 +222,15 @@ def _places(recording: Recording, table: Path, system: Path) -> None:
     places = {}
     for row in bids_layout.read_rows(table):
         cells = [row.get(axis, "n/a") for axis in "xyz"]
-        if "n/a" not in cells:
+        if any(cell.lower() in ("", "n/a", "nan") for cell in cells):
+            continue
+        try:
             places[row.get("name", "")] = turned(cells)
+        except ValueError as error:
+            raise DataError(
+                f"{table.name}: {', '.join(cells)} of {row.get('name')} is no place",
+                cure="write x, y and z as numbers, or n/a",
+            ) from error
     # CapTrak is defined as MNE's head: origin between the ears, x through them, y through the nose.
     frame = "head" if name == "CapTrak" else "unknown"
     fixed: dict[str, Any] = {one: turned(place) for one, place in landmarks.items()} if known else {}

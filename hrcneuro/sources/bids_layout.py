@@ -8,7 +8,8 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,9 @@ from hrcneuro.sources.units import voltage_unit
 FORMATS = (".vhdr", ".edf", ".bdf", ".set")
 """What BIDS allows of EEG."""
 _NO_WORD = ("", "n/a")
+_NUMBER = re.compile(r"\d+(\.\d*)?")
+_ORDER = ("ses", "task", "run", "split")
+"""What of a recording's name tells it from the subject's others, and in which order they are joined."""
 _VOLTAGES = ("eeg", "eog", "ecg", "emg")
 Row = dict[str, str]
 
@@ -204,7 +208,14 @@ def _chosen(root: Path, subject: str, wanted: dict[str, Sequence[str]]) -> list[
             f"{subject} has no recording of all that acquire.tasks, acquire.sessions and acquire.runs name",
             cure="leave one of them out",
         )
-    return sorted(found, key=lambda path: [_by_number(_entity(path, key)) for key in ("ses", "task", "run")])
+    found = sorted(found, key=lambda path: [_by_number(_entity(path, key)) for key in _ORDER])
+    for one, two in pairwise(found):
+        if all(_entity(one, key) == _entity(two, key) for key in _ORDER):
+            raise DataError(
+                f"{one.name} and {two.name} are of the same session, task and run: joined, trials would count twice",
+                cure="leave one of them out of a copy of the data set, or read it by acquire.source = 'file'",
+            )
+    return found
 
 
 def _entity(path: Path, key: str) -> str:
@@ -230,13 +241,29 @@ def _channels(table: Path) -> list[Row]:
     return rows
 
 
+_MEANT: dict[str, Callable[[str], object]] = {
+    "name": str,
+    "type": lambda word: kind_of_type(word) or word.lower(),
+    "units": lambda word: voltage_unit(word) or word,
+    "sampling_frequency": lambda word: float(word) if _NUMBER.fullmatch(word) else word,
+}
+"""Column of channels.tsv -> what a cell of it means: 256 and 256.0, uV and µV are the same."""
+
+
+def _alike(one: str | None, two: str | None, meant: Callable[[str], object]) -> bool:
+    """Return whether two cells say the same, or one says nothing; a channel that is absent is no cell."""
+    if one is None or two is None:
+        return one is two
+    return one.lower() in _NO_WORD or two.lower() in _NO_WORD or meant(one) == meant(two)
+
+
 def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:
     """Refuse recordings of which one has other channels, or at another rate, than the first."""
     for table, rows in tables[1:]:
         first, of_first = tables[0]
-        for about in ("name", "type", "units", "sampling_frequency"):
+        for about, meant in _MEANT.items():
             one, two = ({row.get("name", ""): row.get(about, "n/a") for row in each} for each in (of_first, rows))
-            unlike = sorted(name for name in one | two if one.get(name) != two.get(name))
+            unlike = sorted(name for name in one | two if not _alike(one.get(name), two.get(name), meant))
             if unlike:
                 what = f"{unlike[0]}: {one.get(unlike[0], 'absent')} and {two.get(unlike[0], 'absent')}"
                 raise DataError(

@@ -139,6 +139,9 @@ def test_a_disk_too_small_is_refused_with_the_cure_before_anything_runs(hrcneuro
         assert done.code == 2
         assert "of disk at a time, and --disk allows 1.0 MB; nothing has run" in done.err
         assert "cure: make room" in done.err
+    for nothing in ("nan", "inf", "0"):
+        done = hrcneuro("multiverse", tmp_path / "mine.toml", "--workdir", tmp_path / "work", "--disk", nothing)
+        assert (done.code, "cure: give a number of GB above 0" in done.err) == (2, True), done.err
     assert not list(tmp_path.rglob("record.json"))
 
 

@@ -122,6 +122,22 @@ def test_places_are_those_of_the_table_of_electrodes_in_its_system(root):
     np.testing.assert_allclose(raw.info["chs"][2]["loc"][:3], [-0.05, 0.02, 0.062], atol=1e-6)
 
 
+@pytest.mark.parametrize("nothing", ["", "N/A", "NaN"])
+def test_an_electrode_without_a_place_has_none_however_that_is_written(root, nothing):
+    home = beside(root, "events").parent
+    rows = [(name, 10 * i, 50, 60 + i) for i, name in enumerate(NAMES[:-1])] + [("EOG1", nothing, nothing, nothing)]
+    places, system = (home / f"sub-01_space-CapTrak_{name}" for name in ("electrodes.tsv", "coordsystem.json"))
+    table(places, ["name", "x", "y", "z"], rows)
+    system.write_text(json.dumps({"EEGCoordinateSystem": "CapTrak", "EEGCoordinateUnits": "mm"}))
+    np.testing.assert_allclose(run(root)[1].info["chs"][2]["loc"][:3], [0.02, 0.05, 0.062], atol=1e-7)
+    table(places, ["name", "x", "y", "z"], [*rows[:-1], ("EOG1", "left", "of", "it")])
+    with pytest.raises(DataError, match="left, of, it of EOG1 is no place"):
+        run(root)
+    system.write_text('{"EEGCoordinateSystem": ')
+    with pytest.raises(DataError, match=r"coordsystem\.json is no JSON object"):
+        run(root)
+
+
 def test_sessions_and_runs_are_joined_in_their_order_and_can_be_chosen(tmp_path):
     root = tmp_path / "data"
     for number in (10, 9):
@@ -200,6 +216,32 @@ def test_runs_of_unequal_channels_are_refused_by_their_tables(root, about):
         table(beside(root, "channels", name), list(cells), [list(cells.values())])
     with pytest.raises(DataError, match=f"do not go together: . channels differ in {about}"):
         bids_layout.files(str(root), "01")
+
+
+def test_runs_that_say_the_same_in_other_words_go_together(root):
+    recording(root, "sub-01_task-odd_run-2", seconds=12)
+    one = dict(name="Fz", type="EEG", units="µV", sampling_frequency="256", status="good")
+    two = dict(name="Fz", type="eeg", units="uV", sampling_frequency="256.0")
+    for name, cells in ((NAME, one), ("sub-01_task-odd_run-2", two)):
+        table(beside(root, "channels", name), list(cells), [list(cells.values())])
+    assert "recording 2" in bids_layout.files(str(root), "01")
+    table(beside(root, "channels"), ["name", "units"], [("Fz", "n/a")])
+    assert "recording 2" in bids_layout.files(str(root), "01")
+
+
+def test_two_versions_of_one_recording_are_not_joined(tmp_path):
+    root = tmp_path / "data"
+    for version in ("raw", "filtered"):
+        recording(root, f"sub-01_task-odd_acq-{version}", seconds=12)
+    with pytest.raises(DataError, match=r"acq-.* are of the same session, task and run") as caught:
+        bids_layout.files(str(root), "01")
+    assert caught.value.cure
+
+
+def test_a_unit_that_is_not_used_is_told(root):
+    rows = [(name, "furlong") for name in NAMES]
+    table(beside(root, "channels"), ["name", "units"], rows)
+    assert any("'furlong' of" in note and "not used" in note for note in run(root)[0]["notes"])
 
 
 def test_a_root_that_is_none_and_a_subject_that_is_not_there(root):

@@ -41,6 +41,17 @@ def test_numbers_in_the_marker_column_are_a_trigger_channel_and_texts_are_marker
     assert recording.markers.to_numpy().tolist() == [[0.4, "go"], [1.6, "stop"]]
 
 
+@pytest.mark.parametrize("nothing", ["NaN", "n/a", "NA"])
+def test_a_cell_that_says_nothing_is_no_marker(tmp_path, nothing):
+    words = [{100: "go"}.get(i, nothing) for i in range(1000)]
+    recording = read_recording(write(tmp_path / "t.csv", marks=words), **HOW, marker_column="Mark")
+    assert recording.markers.to_numpy().tolist() == [[0.4, "go"]]
+    codes = [{100: 1}.get(i, nothing) for i in range(1000)]
+    recording = read_recording(write(tmp_path / "c.csv", marks=codes), **HOW, marker_column="Mark")
+    assert recording.ch_types == ["eeg", "eeg", "stim"]
+    assert recording.data[2].sum() == recording.data[2][100] == 1
+
+
 def test_a_gap_in_the_times_is_a_break_and_the_rate_may_be_the_one_of_the_clock(tmp_path):
     times = np.arange(1000) / SFREQ + np.repeat([0, 1.5], 500)
     path = write(tmp_path / "g.csv", times=times)

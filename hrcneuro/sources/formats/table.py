@@ -19,6 +19,7 @@ from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.sources.recording import Recording, markers_of
 
 _COMMENTS = ("%", "#")
+_EMPTY = ("", "nan", "n/a", "na")
 
 
 def read(
@@ -55,6 +56,7 @@ def read(
     markers = markers_of([], [])
     if marker_column:
         cells = table[marker_column].str.strip()
+        cells = cells.where(~cells.str.lower().isin(_EMPTY), "")
         codes = pd.to_numeric(cells.replace("", "0"), errors="coerce")
         if codes.notna().all():
             data = np.concatenate([data, codes.to_numpy(float)[None]])
@@ -179,7 +181,7 @@ def _usual_rate(times: np.ndarray) -> float:
 def _numbers(column: pd.Series, path: Path) -> np.ndarray:
     """Return a column as numbers; an empty cell is none, and text is refused."""
     numbers = pd.to_numeric(column, errors="coerce")
-    text = numbers.isna() & ~column.str.strip().str.lower().isin(["", "nan", "n/a", "na"])
+    text = numbers.isna() & ~column.str.strip().str.lower().isin(_EMPTY)
     if text.any():
         row = int(np.argmax(text.to_numpy()))
         raise DataError(
