@@ -10,6 +10,7 @@ sessions of one share a decoder.
     python benchmarks/loop_effects.py --people 16 --sessions 4 --folder /somewhere    # 512 sessions; hours
     python benchmarks/loop_effects.py --people 1 --sessions 2 --effect none           # a look
 
+    python benchmarks/loop_effects.py --effect anticipation --mode closed --picture loop.png --folder /somewhere
     python benchmarks/loop_effects.py --blocks 4 --effect anticipation --mode closed --folder /another  # fewer blocks
 
 What a folder holds already is not done again.
@@ -32,8 +33,9 @@ from hrcneuro.analyses import loop_sessions as made
 from hrcneuro.learning import loop_scores as scores
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.loop import LoopModel
-from hrcneuro.report.loop import null_of
+from hrcneuro.report.loop import chapter, null_of
 
+SYNTHETIC = "SYNTHETIC: EEG, people and arm were simulated by hrcneuro."
 EFFECTS = ("anticipation", "none", "post_error", "turn")
 MODES = ("shadow", "closed")
 COMMAND = [sys.executable, "-m", "hrcneuro"]
@@ -81,14 +83,16 @@ def by_person(values: np.ndarray, people: np.ndarray, how: Callable[..., np.ndar
     return values if len(names) == 1 else np.stack([how(values[people == one], axis=0) for one in names])
 
 
-def row(effect: str, mode: str, folders: list[Path]) -> str:
-    """Return a row of the table."""
+def row(effect: str, mode: str, folders: list[Path], picture: Path | None = None) -> str:
+    """Return a row of the table; draw it, too, where a ``picture`` is named."""
     steps, episodes = tables(folders)
     played = made.loop_sessions(steps, episodes)
     people = episodes[["subject", "session"]].drop_duplicates()["subject"].to_numpy()
     counted = replace(played, decisions=by_person(played.decisions, people, np.sum))
     model = LoopModel(kinds(alpha=0.05, ddof=0, horizon=40)["paper"], 0.1, mode=mode)
     null = null_of(steps, episodes, model, sessions=1000, repetitions=100, seed=1)
+    if picture is not None:
+        chapter(steps, episodes, null, picture=picture, deadline_s=0.75, mode=mode, remark=SYNTHETIC)
     cells = []
     for rows in ("all", "human", "robot"):
         here = scores.mean_over_sessions(by_person(scores.accuracy(played, rows), people, np.mean))
@@ -114,6 +118,7 @@ def main() -> None:
     parser.add_argument("--rate", type=int, default=250, help="sampling rate of the synthetic EEG, Hz")
     parser.add_argument("--jobs", type=int, default=0)
     parser.add_argument("--blocks", type=int, default=0, help="calibrate on so many of the main blocks; 0: all")
+    parser.add_argument("--picture", type=Path, help="draw the last effect and mode that are asked for, as a PNG")
     parser.add_argument("--folder", type=Path, required=True)
     given = parser.parse_args()
     people = [f"s{number:02d}" for number in range(1, given.people + 1)]
@@ -129,7 +134,7 @@ def main() -> None:
                 )
                 for one in people
             ]
-            print(row(effect, mode, folders), flush=True)
+            print(row(effect, mode, folders, given.picture), flush=True)
 
 
 if __name__ == "__main__":
