@@ -164,8 +164,8 @@ class Slurm(Cluster):
         return submit(self._submitit, self._private, tickets, what, site.options, workers=site.workers)
 
     def _take_refusal(self, dispatches: list[Dispatch], said: NotTaken) -> None:
-        if self._sent:
-            # There may have been too many.
+        if self._sent or said.crowded:
+            # There may have been too many, of this run's or of another's.
             self._note(f"SLURM takes no more jobs at the moment ({said}); they wait until others have ended")
             self._submit_later(dispatches, _REFUSED_S)
             return

@@ -14,7 +14,7 @@ from hrcneuro.pipeline.measured import Measured, Place
 # Where nothing has been recorded: a subject of the paper's size took 0.9 GB (docs/benchmarks.md) and some minutes.
 _UNKNOWN_GB, _UNKNOWN_MIN = 2.0, 60
 # Over what was recorded: another subject may be longer, another machine slower or busier.
-_MORE_MEMORY, _MORE_TIME = 1.5, 3.0
+_MORE_MEMORY, MORE_TIME = 1.5, 3.0
 _LEAST_GB, _LEAST_MIN = 1.0, 5
 
 
@@ -37,22 +37,27 @@ Kind = tuple[str, bool]
 """A stage's numbers or pictures, and whether they are of the group: it takes what no subject tells."""
 
 
+def kind(task: Task) -> Kind:
+    """Return the kind of a task."""
+    return task.name, task.unit == GROUP
+
+
 def most(known: Mapping[Place, Measured]) -> dict[Kind, Measured]:
     """Return the most that any unit of each kind took."""
     found: dict[Kind, Measured] = {}
     for (name, unit), one in known.items():
-        kind = name, unit == GROUP
-        before = found.get(kind, Measured())
-        found[kind] = Measured(max(before.seconds, one.seconds), max(before.peak_mb, one.peak_mb))
+        of = name, unit == GROUP
+        before = found.get(of, Measured())
+        found[of] = Measured(max(before.seconds, one.seconds), max(before.peak_mb, one.peak_mb))
     return found
 
 
 def resources(task: Task, options: ClusterOptions, known: Mapping[Kind, Measured]) -> Resources:
     """Return what a task's job may use: its stage's values, else those for all, else by what was recorded."""
     own = options.stages.get(task.subject, StageResources())
-    last = known.get((task.name, task.unit == GROUP))
+    last = known.get(kind(task))
     memory = _UNKNOWN_GB if last is None else max(_LEAST_GB, math.ceil(2 * _MORE_MEMORY * last.peak_mb / 1024) / 2)
-    minutes = _UNKNOWN_MIN if last is None else max(_LEAST_MIN, math.ceil(_MORE_TIME * last.seconds / 60))
+    minutes = _UNKNOWN_MIN if last is None else max(_LEAST_MIN, math.ceil(MORE_TIME * last.seconds / 60))
     return Resources(
         memory_gb=own.memory_gb or options.memory_gb or memory,
         minutes=own.minutes or options.minutes or minutes,

@@ -22,6 +22,8 @@ _BUSY = (
     "connection timed out", "communication connection failure", "resource temporarily unavailable", "standby mode",
     "transport endpoint", "send/recv operation", "too many open files", "stale file handle",
 )  # fmt: skip
+# What it says before the general words on a policy, of which the time and the size of a job are others.
+_CROWDED = "submitjob"
 
 
 class NotTaken(Exception):
@@ -29,11 +31,13 @@ class NotTaken(Exception):
 
     Attributes:
         busy: Whether the same array may be taken a moment later.
+        crowded: Whether the user has as many jobs there as a limit allows, also of other runs.
     """
 
     def __init__(self, said: str) -> None:
         super().__init__(said)
         self.busy = any(words in said.lower() for words in _BUSY)
+        self.crowded = _CROWDED in said.lower()
 
 
 def alike(dispatches: Iterable[Dispatch]) -> list[list[Dispatch]]:

@@ -95,6 +95,16 @@ def test_what_slurm_refuses_is_not_tried_again(slurm, scripted, job):
     assert scripted.lengths == [5, 2, 1]
 
 
+def test_where_other_runs_use_up_the_limit_of_jobs_ours_wait_and_that_is_told(slurm, scripted, notes, job):
+    said = "QOSMaxSubmitJobPerUserLimit"
+    scripted.says(*[said] * 3)
+    future = slurm.submit(execute, job)
+    leave(slurm._private, *jobs_of(slurm, 1), FAILED)
+    assert settled(future) == (State.FAILED, "it has run and failed")
+    assert len(scripted.lengths) == 4
+    assert notes == [f"note: SLURM takes no more jobs at the moment ({said}); they wait until others have ended"]
+
+
 def test_an_array_that_is_too_long_goes_in_parts(slurm, scripted, job):
     scripted.takes(2)
     futures = [slurm.submit(execute, job) for _ in range(5)]

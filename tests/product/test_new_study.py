@@ -37,6 +37,28 @@ def test_doctor_finds_everything_needed_here(hrcneuro, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_doctor_says_how_much_disk_the_study_wants(hrcneuro, tmp_path):
+    few, many = ("study.subjects=['s01']", "study.subjects=['s01', 's02', 's03']")
+    wanted = [hrcneuro("doctor", "--json", "--workdir", tmp_path, "--set", given).json for given in (few, many)]
+    small, large = (one["disk_wanted_gb"] for one in wanted)
+    assert 0.3 < small < 2
+    assert 2.5 < large / small < 3.5
+    told = hrcneuro("doctor", "--workdir", tmp_path, "--set", few).out
+    assert f"{small:.3g} GB more, in part estimated" in told
+
+
+def test_doctor_names_a_disk_that_is_too_small(tmp_path):
+    from hrcneuro.cli.doctor import examine, exit_code
+    from hrcneuro.config import settings
+    from hrcneuro.pipeline.disk_forecast import DiskForecast
+
+    forecast = DiskForecast(tasks=3, size=5 * 10**9, estimated=0, unknown=(), free=10**9)
+    view = examine(lambda: settings.load(None, ()), tmp_path / "cache", lambda: forecast)
+    assert exit_code(view) == 1
+    assert view["problems"] == [str(forecast)]
+    assert "that is not enough" in view["problems"][0]
+
+
 def test_doctor_lists_the_mistakes_of_a_configuration_among_the_problems(hrcneuro, tmp_path):
     (tmp_path / "hrcneuro.toml").write_text("[epok]\n")
     done = hrcneuro("doctor", cwd=tmp_path)

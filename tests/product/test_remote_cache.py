@@ -125,9 +125,9 @@ def test_a_second_cache_that_is_not_there_is_told_of_once_and_the_study_runs(hrc
     assert done.err.count("computed here") <= 1
 
 
-def killed(process, folder, pattern, number):
-    """Kill a process as soon as so many files have come into a folder, unless it ended before."""
-    wait_for(lambda: process.poll() is not None or len(list(folder.glob(pattern))) >= number)
+def killed(process, number, files):
+    """Kill a process as soon as so many files have come, which ``files`` lists, unless it ended before."""
+    wait_for(lambda: process.poll() is not None or len(files()) >= number)
     process.kill()
     process.communicate()
     return process.returncode < 0
@@ -139,7 +139,7 @@ def test_a_push_that_is_killed_goes_on(start, hrcneuro, made, tmp_path):
     for number in (1, 20, 40):
         bucket, two = tmp_path / f"bucket{number}", tmp_path / f"two{number}"
         process = start("cache", "push", bucket, "--workdir", made / "one", "-j", "1")
-        died += killed(process, bucket, "files/*/*", number)
+        died += killed(process, number, lambda bucket=bucket: list(bucket.glob("files/*/*")))
         two.mkdir()
         if (bucket / "records").exists():
             assert hrcneuro("cache", "pull", bucket, "--workdir", two).code == 0
@@ -149,13 +149,41 @@ def test_a_push_that_is_killed_goes_on(start, hrcneuro, made, tmp_path):
     assert died
 
 
+def test_on_s3_a_push_that_is_killed_goes_on(start, hrcneuro, made, tmp_path, s3):
+    client, env = s3
+    env, url, died = {**os.environ, **env}, "s3://lab/killed", 0
+
+    def names(kind):
+        pages = client.get_paginator("list_objects_v2").paginate(Bucket="lab", Prefix=f"killed/{kind}/")
+        return [one["Key"] for page in pages for one in page.get("Contents", [])]
+
+    for number in (1, 20):
+        died += killed(
+            start("cache", "push", url, "--workdir", made / "one", "-j", "1", env=env), number, lambda: names("files")
+        )
+        two = tmp_path / f"two{number}"
+        two.mkdir()
+        whole = len(names("records"))
+        if whole:
+            # Each record that is there has its files.
+            pulled = hrcneuro("cache", "pull", url, "--workdir", two, "--json", env=env)
+            assert (pulled.code, pulled.json["pulled"]) == (0, whole), pulled.err
+    assert died
+    assert hrcneuro("cache", "push", url, "--workdir", made / "one", env=env).code == 0
+    last = tmp_path / "last"
+    last.mkdir()
+    assert hrcneuro("cache", "pull", url, "--workdir", last, env=env).code == 0
+    assert artifacts(last) == artifacts(made / "one")
+
+
 def test_a_pull_that_is_killed_goes_on(start, hrcneuro, made, tmp_path):
     bucket, died = tmp_path / "bucket", 0
     assert hrcneuro("cache", "push", bucket, "--workdir", made / "one").code == 0
     for number in (1, 5):
         two = tmp_path / f"two{number}"
         two.mkdir()
-        died += killed(start("cache", "pull", bucket, "--workdir", two, "-j", "1"), two, "cache/[!.]*/*/*", number)
+        process = start("cache", "pull", bucket, "--workdir", two, "-j", "1")
+        died += killed(process, number, lambda two=two: list(two.glob("cache/[!.]*/*/*")))
         # What is visible is whole, and what was under way leaves nothing behind.
         assert hrcneuro("cache", "verify", "--workdir", two).code == 0
         assert hrcneuro("cache", "pull", bucket, "--workdir", two).code == 0

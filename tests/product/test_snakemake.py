@@ -20,11 +20,11 @@ STUDY = f"study.stages={json.dumps(STAGES)}"
 def snakemake(tiny):
     """Run Snakemake on the tiny study with these assignments of the configuration."""
 
-    def run(*options, assignments=(), study=STUDY, code=0):
+    def run(*options, assignments=(), study=STUDY, target="numbers", code=0):
         command = [
             *(sys.executable, "-m", "snakemake", "--snakefile", ROOT / "pipelines" / "Snakefile", "--cores", "2"),
             *("--config", "study=tiny.toml", "workdir=there", f"set={json.dumps([study, *assignments])}"),
-            *(*options, "--", "numbers"),
+            *(*options, "--", target),
         ]
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
         done = subprocess.run(
@@ -71,6 +71,14 @@ def test_its_jobs_make_the_same_bytes_and_a_second_time_there_are_none(snakemake
     assert "Nothing to be done" in snakemake(assignments=[one])
     changed = "epoch.tmax=0.9"
     assert named(snakemake("--dry-run", assignments=[one, changed])) == {"epoch s01"}
+
+
+def test_the_report_s_job_is_given_memory_for_each_thread_and_time(snakemake, tiny):
+    one = ["study.subjects=['s01']", "cluster.memory_gb=1.5", "cluster.minutes=7"]
+    said = snakemake("--dry-run", assignments=one, target="report")
+    job = said[said.index("rule report:") :]
+    given = re.search(r"resources: (.*)", job)[1].split(", ")
+    assert {"mem_mb=1536", "runtime=7"} <= set(given)
 
 
 @pytest.mark.parametrize("arm", [["backend=ur", "host=127.0.0.9", "at_the_robot=true"], ["backend=ursim"]])
