@@ -172,7 +172,7 @@ def predicted_rows(rows: pd.DataFrame, predictors: Sequence[str], people: People
 
 
 def calibration(predicted: np.ndarray, seen: np.ndarray, people: People) -> dict[str, Any]:
-    """Return slope and error of a prediction, each with its 95 % interval over people.
+    """Return slope, bias, error and correlation of a prediction, each with its 95 % interval over people.
 
     A slope of 1 with no bias is a prediction as good as its spread; below 1 it promises more difference than there is.
     """
@@ -188,10 +188,17 @@ def calibration(predicted: np.ndarray, seen: np.ndarray, people: People) -> dict
     def error(times: np.ndarray) -> np.ndarray:
         return times @ np.abs(seen - predicted) / times.sum(axis=1)
 
+    def correlation(times: np.ndarray) -> np.ndarray:
+        total = times.sum(axis=1)
+        spread = (times @ predicted**2 / total - (times @ predicted / total) ** 2) / (
+            times @ seen**2 / total - (times @ seen / total) ** 2
+        )
+        return slope(times) * np.sqrt(np.maximum(spread, 0.0))
+
     once = np.ones((1, len(seen)))
     return {
         name: {"value": float(of(once)[0]), **dict(zip(("low", "high"), people.interval(of), strict=True))}
-        for name, of in (("slope", slope), ("bias", bias), ("error", error))
+        for name, of in (("slope", slope), ("bias", bias), ("error", error), ("correlation", correlation))
     }
 
 

@@ -219,6 +219,7 @@ def replay_summary(trials: pd.DataFrame, by_chance: float) -> dict[str, Any]:
         "rows_several": several,
         "rows_truncated": rows - one - several - 4 * int((trials["counted"] < 0).sum()),
         "trials": len(trials),
+        "trials_one": int((trials["rows_one"] == 4).sum()),
         "unsolved": int((trials["counted"] < 0).sum()),
         "logged": len(logged),
         "whole": len(whole),
@@ -226,6 +227,7 @@ def replay_summary(trials: pd.DataFrame, by_chance: float) -> dict[str, Any]:
         "allowed": int(logged["agrees"].astype(bool).sum()),
         "settled": len(settled),
         "settled_paths": int((settled["paths"] == 1).sum()),
+        "several_paths": int((logged["paths"] > 1).sum()),
         "paths_by_chance": round(by_chance, 6) if np.isfinite(by_chance) else None,
         "largest_difference": float(trials["difference"].max()),
         "disagreeing": [

@@ -47,7 +47,8 @@ def _replay(one: Summary) -> list[str]:
     lines = [
         f"their learner: of {rows:,} rows of policies {percent(100 * one['rows_one'] / rows)} have one integer "
         f"solution for the transitions, {one['rows_several']:,} several, "
-        f"{percent(100 * one['rows_truncated'] / rows)} truncated counts{unsolved}",
+        f"{percent(100 * one['rows_truncated'] / rows)} truncated counts{unsolved}; all four rows of "
+        f"{one['trials_one']:,} of {counted(one['trials'], 'trial')} have one",
         f"transitions inferred and logged are equal in {one['whole_agree']:,} of {counted(one['whole'], 'trial')} "
         f"solved whole; the logged number is possible in {one['allowed']:,} of {one['logged']:,}",
         f"{one['settled_paths']:,} of {counted(one['settled'], 'trial')} that this number settles are one path of the "

@@ -8,6 +8,8 @@ import pytest
 
 from hrcneuro.analyses import gaze_predictions, gaze_scores
 from hrcneuro.analyses.evidence import evidence
+from hrcneuro.learning.gaze import STEP
+from hrcneuro.learning.gaze_counts import is_path
 from hrcneuro.sources.gaze_logs import read_sessions
 from hrcneuro.stages import simulate
 from tests.helpers import gaze_logs
@@ -43,13 +45,46 @@ def test_the_published_learner_comes_out_again_to_the_last_digit(published):
     told = gaze_scores.replay_summary(trials, replayed.paths_by_chance())
     assert (told["rows"], told["rows_one"], told["rows_several"], told["unsolved"]) == (12800, 8641, 33, 0)
     # What the search does not know agrees wherever it says something: the logged number, and that a gaze goes one way.
-    assert (told["whole"], told["whole_agree"]) == (717, 717)
+    assert (told["trials_one"], told["whole"], told["whole_agree"]) == (946, 717, 717)
     assert (told["logged"], told["allowed"], told["disagreeing"]) == (2400, 2400, [])
     assert (told["settled"], told["settled_paths"]) == (1535, 1535)
     assert told["paths_by_chance"] < 0.25
     # Half of the logs' last digit.
     assert told["largest_difference"] < 5.0e-13
     assert len(trials) == 3200
+    apart = [gaze_scores.looks(ways) for ways in several_paths(replayed)]
+    assert len(apart) == told["several_paths"] == 446
+    assert np.median([np.ptp(one, axis=0).max() for one in apart]) < 0.051
+
+
+def several_paths(replayed):
+    """Yield the counts of each trial whose logged number leaves more than one path: ndarray, shape (n_ways, 4, 4)."""
+    for session, counts in zip(replayed.sessions, replayed.counts, strict=True):
+        for one, logged in zip(counts, session.transitions if session.right is not None else (), strict=False):
+            ways = one.matrices(int(logged))
+            if (paths := is_path(ways)).sum() > 1:
+                yield ways[paths]
+
+
+def plain_sums(before, after, error):
+    """Return the sums of a row's transitions that make integers of its counts, to a thousandth."""
+    step = -STEP if error else STEP
+    sums = [n for n in range(41) if 1.0 + step * n > 1e-9]
+    counts = ((1.0 + step * np.array(sums))[:, None] * after - before) / step
+    whole = (np.abs(counts - np.rint(counts)) < 1e-3).all(axis=1) & (np.rint(counts) >= 0).all(axis=1)
+    return {int(n) for n in np.rint(counts[whole]).sum(axis=1)}
+
+
+def test_a_plainer_search_for_the_transitions_disagrees_with_the_log_here_and_there(published):
+    """What it calls settled, and how often the log agrees: as the page of the evidence says."""
+    agree = []
+    for session in (one for one in published if one.transitions is not None):
+        trials = zip(session.before, session.policies, session.error, session.transitions, strict=True)
+        for before, after, error, logged in trials:
+            rows = [plain_sums(x, y, bool(error)) for x, y in zip(before, after, strict=True)]
+            if all(len(row) == 1 for row in rows):
+                agree.append(sum(min(row) for row in rows) == logged)
+    assert (len(agree), sum(agree)) == (761, 672)
 
 
 def test_a_log_whose_transitions_were_altered_is_listed():
