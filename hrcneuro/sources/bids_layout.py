@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.formats.announced import announced_channels
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.named import find_path
 from hrcneuro.sources.formats.statements import describing_files
@@ -104,6 +105,7 @@ def files(
     found = _chosen(root, subject, {"task": tasks, "ses": sessions, "run": runs})
     out: dict[str, Path] = {}
     tables: list[tuple[Path, list[Row]]] = []
+    headers: list[tuple[Path, list[Row]]] = []
     for number, recording in enumerate(found, start=1):
         mark = "" if number == 1 else f" {number}"
         mine = {"recording": recording, **companions(recording), **describing_files(recording)}
@@ -120,8 +122,12 @@ def files(
             )
         if "channels" in mine:
             tables.append((mine["channels"], _channels(mine["channels"])))
+        elif announced := announced_channels(recording):
+            headers.append((recording, [{"name": k, "sampling_frequency": f"{v:g}"} for k, v in announced.items()]))
         out |= {f"{label}{mark}": file for label, file in mine.items()}
-    _refuse_unequal(tables)
+    # Each among its own kind: a table may name channels otherwise than the recording.
+    for described in (tables, headers):
+        _refuse_unequal(described)
     for file in out.values():
         refuse_broken_link(file)
     return out
@@ -258,7 +264,11 @@ def _alike(one: str | None, two: str | None, meant: Callable[[str], object]) -> 
 
 
 def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:
-    """Refuse recordings of which one has other channels, or at another rate, than the first."""
+    """Refuse recordings of which one has other channels, or at another rate, than the first.
+
+    Args:
+        tables: A file for each recording, and the rows on channels that it has.
+    """
     for table, rows in tables[1:]:
         first, of_first = tables[0]
         for about, meant in _MEANT.items():

@@ -7,12 +7,14 @@ import json
 import numpy as np
 import pytest
 from bids_files import NAMES, SFREQ, describe, recording, table
+from edf_files import save_edf
 
 from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
 from hrcneuro.sources import bids_layout, foreign
+from hrcneuro.sources.formats.announced import announced_channels
 from hrcneuro.stages import acquire
 
 NAME = "sub-01_task-odd"
@@ -216,6 +218,50 @@ def test_runs_of_unequal_channels_are_refused_by_their_tables(root, about):
         table(beside(root, "channels", name), list(cells), [list(cells.values())])
     with pytest.raises(DataError, match=f"do not go together: . channels differ in {about}"):
         bids_layout.files(str(root), "01")
+
+
+def without_table(root, run, ending, names, rate):
+    """Write a run without channels.tsv, as EDF or BrainVision."""
+    home = root / "sub-01" / "eeg"
+    stem = f"sub-01_task-odd_run-{run}"
+    table(home / f"{stem}_events.tsv", ["onset", "duration", "trial_type"], [(1, 0, "go"), (2, 0, "go")])
+    data = np.random.default_rng(run).normal(0, 10, (len(names), 8, rate))
+    path = home / f"{stem}_eeg{ending}"
+    if ending == ".edf":
+        return save_edf(path, [(name, "uV", one) for name, one in zip(names, data, strict=True)])
+    data.reshape(len(names), -1).T.astype("<f4").tofile(path.with_suffix(".eeg"))
+    path.write_text(
+        f"Brain Vision Data Exchange Header File Version 1.0\n[Common Infos]\nDataFile={path.stem}.eeg\n"
+        f"DataFormat=BINARY\nDataOrientation=MULTIPLEXED\nNumberOfChannels={len(names)}\nSamplingInterval={1e6 / rate}"
+        "\n[Binary Infos]\nBinaryFormat=IEEE_FLOAT_32\n[Channel Infos]\n"
+        + "".join(f"Ch{i}={name},,1,µV\n" for i, name in enumerate(names, 1)),
+        encoding="utf-8",
+    )
+    return path
+
+
+@pytest.mark.parametrize("ending", [".edf", ".vhdr"])
+@pytest.mark.parametrize(
+    ("names", "rate", "about"),
+    [(("Fz", "Cz"), 128, ""), (("Fz", "Pz"), 128, "name"), (("Fz",), 128, "name"), (("Fz", "Cz"), 64, "sampling_f")],
+)
+def test_runs_without_tables_of_channels_are_compared_by_their_headers(tmp_path, ending, names, rate, about):
+    root = tmp_path / "data"
+    (root / "sub-01" / "eeg").mkdir(parents=True)
+    describe(root)
+    without_table(root, 1, ending, ("Fz", "Cz"), 128)
+    without_table(root, 2, ending, names, rate)
+    if about:
+        with pytest.raises(DataError, match=f"run-2_eeg{ending} do not go together: . channels differ in {about}"):
+            bids_layout.files(str(root), "01")
+    else:
+        assert run(root)[1].ch_names == ["Fz", "Cz"]
+
+
+def test_a_header_that_says_nothing_is_left_to_whoever_reads_the_recording(tmp_path):
+    for name in ("cut.edf", "cut.vhdr", "a.set"):
+        (tmp_path / name).write_bytes(b"0       ")
+        assert announced_channels(tmp_path / name) is None
 
 
 def test_runs_that_say_the_same_in_other_words_go_together(root):
