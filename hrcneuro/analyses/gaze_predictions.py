@@ -116,16 +116,16 @@ def partner_rows(likely: Surface, fitted: Sequence[FittedPartner]) -> pd.DataFra
 def play_sessions(
     rows: pd.DataFrame, fitted: FittedPartner, lengths: np.ndarray, config: Any
 ) -> tuple[np.ndarray, float]:
-    """Return the share of right guesses foretold for the last ten trials of each session, and how wide it is of use.
+    """Return the share of right guesses foretold for the last ten trials of each session, and how often it came true.
 
     Args:
         rows: Rows of sessions.parquet: the decoder of each session.
-        fitted: Who guesses; in a person's sessions, whoever was fitted to all others.
-        lengths: Transitions of the trials.
+        fitted: The simulated partner who guesses. For the sessions of a person the one fitted to all other people.
+        lengths: Numbers of transitions, from which those of simulated trials are drawn.
         config: The options of the stage: seed and evidence_repetitions.
 
     Returns:
-        ndarray, shape (n_sessions,), and the share of sessions inside the range of 95 % of the simulated ones.
+        ndarray, shape (n_sessions,), and the share of logged sessions that lie within 95 % of their simulated ones.
     """
     decoders = [DecoderRates(a, b) for a, b in zip(rows["tnr"].fillna(1.0), rows["tpr"].fillna(0.0), strict=True)]
     partners = [fitted.others[name] for name in rows["subject"]]

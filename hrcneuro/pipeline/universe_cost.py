@@ -28,7 +28,7 @@ class Cost:
         universes, chains: How many there are in all.
         judged: Universes that have come to an end before.
         units: Results to compute, each once however many universes share it.
-        shared: How often a result of those is needed by one universe more.
+        shared: How many more it would be if every universe computed all that it needs by itself.
         there: Results that are in the cache already.
         seconds: Of processor time, of the units of which it is known.
         untimed: Stages of which nobody knows how long they take.
@@ -64,8 +64,8 @@ class Cost:
         known = f"; {self.judged} are judged already" if self.judged else ""
         found = [
             f"{counted(self.universes, 'universe')} on {counted(self.chains, 'preprocessing chain')}{known}",
-            f"to compute: {counted(self.units, 'unit')}, each once ({self.shared:,} more needs of universes are met by "
-            f"them); {self.there:,} are there already",
+            f"to compute: {counted(self.units, 'result')}, each once ({self.shared:,} more without sharing); "
+            f"{self.there:,} are there already",
         ]
         if self.units:
             found += [f"processor time: {self._time()}", f"disk: {self._disk()}"]

@@ -127,8 +127,9 @@ def lines(held: pd.DataFrame) -> list[str]:
     words = {"fits": "fit", "differs": "differ"}
     for name, other in (("fits", "differs"), ("differs", "fits")):
         number = int(((held[name] > 0) & (held[other] == 0)).sum())
-        found.append(f"{number} findings {words[name]} in every universe that can tell")
-    return [*found, f"{int((held['fits'] + held['differs'] == 0).sum())} no universe can tell"]
+        found.append(f"{number} of {len(held)} findings {words[name]} in every universe that can judge them")
+    unjudged = int((held["fits"] + held["differs"] == 0).sum())
+    return [*found, f"{unjudged} of {len(held)} findings cannot be judged in any universe"]
 
 
 def records(frame: pd.DataFrame) -> list[Row]:
@@ -139,7 +140,7 @@ def records(frame: pd.DataFrame) -> list[Row]:
 def fits_in(row: Mapping[str, Any]) -> str:
     """Return ``12 of 60 (20 %)``."""
     told = row["fits"] + row["differs"]
-    return f"{row['fits']} of {told} ({100 * row['share']:.0f} %)" if told else "none can tell"
+    return f"{row['fits']} of {told} ({100 * row['share']:.0f} %)" if told else "judged in none"
 
 
 def moved_by(row: Mapping[str, Any]) -> str:

@@ -134,9 +134,10 @@ def files(
 
 
 def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path | None:
-    """Return the table of a recording, its own or the nearest further up whose name says nothing else.
+    """Return the table of a recording: beside it, else in the nearest folder above; None where there is none.
 
-    ``space-…`` in the name of a table counts for every recording.
+    A table whose name has another session, task or run than the recording's is not its. ``space-…`` in the name of a
+    table does not matter.
     """
     parts = {*recording.name.partition(".")[0].split("_")}
     for home in (one for one in recording.parents if one == root or root in one.parents):

@@ -56,7 +56,7 @@ def test_it_is_said_what_it_costs_and_a_dry_run_does_nothing(hrcneuro, tmp_path)
     assert done.code == 0, done.err
     assert "5 universes on 3 preprocessing chains" in done.out
     # Two recordings; two subjects cleaned in three ways; cut in five.
-    assert "to compute: 18 units, each once" in done.out
+    assert "to compute: 18 results, each once" in done.out
     assert "nothing has run yet" in done.out
     assert "are free" in done.out
     assert not (tmp_path / "work").exists()
@@ -97,7 +97,7 @@ def test_a_second_run_computes_nothing_and_writes_the_same(lab, hrcneuro):
     again = hrcneuro("multiverse", folder / "mine.toml", "--workdir", folder / "work", "-j", "1")
     assert again.code == 0, again.err
     assert "5 are judged already" in again.err
-    assert "to compute: 0 units" in again.err
+    assert "to compute: 0 results" in again.err
     assert bytes_of(folder / "work") == before
     assert "rejected for their amplitude" not in again.out
     assert "page: " in again.out

@@ -71,7 +71,7 @@ def test_the_summary_counts_and_names_what_moves_a_finding(tmp_path, every):
     assert json.loads(json.dumps(written.summary)) == written.summary
     text = "\n".join(written.lines)
     assert "ERP, RH against RR before: fits in 1 of 2 (50 %); the study's own fits; moved most by filter" in text
-    assert "1 findings fit in every universe that can tell" in text
+    assert "1 of 3 findings fit in every universe that can judge them" in text
 
 
 def test_the_page_shows_pictures_that_are_there_and_escapes_what_it_is_given(tmp_path, every):
