@@ -35,8 +35,11 @@ def run(tree: Path, arguments: list[str]) -> _measure.Seconds:
     return _measure.Seconds(time.perf_counter() - start, usage.ru_utime + usage.ru_stime)
 
 
-def study(tree: Path, subjects: int, jobs: int) -> dict[str, _measure.Seconds]:
-    """Return what each stage's numbers and pictures take in an empty folder, and all by one command in another one."""
+def study(tree: Path, subjects: int, jobs: int, keep: Path | None = None) -> dict[str, _measure.Seconds]:
+    """Return what each stage's numbers and pictures take in an empty folder, and all by one command in another one.
+
+    The other one is ``keep``, where that is given.
+    """
     names = [f"s{number:02d}" for number in range(1, subjects + 1)]
     config = ["--config", str(tree / "configs" / "paper.toml"), "-j", str(jobs)]
     for key, value in (("subjects", names), ("exclude", [name for name in names if name == "s07"])):
@@ -47,7 +50,7 @@ def study(tree: Path, subjects: int, jobs: int) -> dict[str, _measure.Seconds]:
             for what, more in (("numbers", ["--no-figures"]), ("pictures", [])):
                 taken[f"{stage}, {what}"] = run(tree, [stage, *config, *more, "--workdir", folder])
     with tempfile.TemporaryDirectory() as folder:
-        taken[WHOLE] = run(tree, ["run", *config, "--workdir", folder])
+        taken[WHOLE] = run(tree, ["run", *config, "--workdir", str(keep or folder)])
     return taken
 
 
@@ -57,7 +60,10 @@ def main() -> None:
     options.add_argument("--subjects", type=int, default=12, help="how many subjects (default 12)")
     options.add_argument("--jobs", type=int, default=2, help="jobs at a time (default 2)")
     options.add_argument("--quick", action="store_true", help="one subject, one job")
+    options.add_argument("--keep", metavar="FOLDER", type=Path, help="an empty folder for the last tree's whole study")
     chosen = options.parse_args()
+    if chosen.keep and chosen.keep.is_dir() and any(chosen.keep.iterdir()):
+        raise SystemExit(f"{chosen.keep} is not empty: what lies there would not be computed")
     if chosen.quick:
         chosen.subjects, chosen.jobs = 1, 1
     trees = [tree.resolve() for tree in chosen.trees]
@@ -66,7 +72,8 @@ def main() -> None:
     taken = []
     for number, tree in enumerate(trees, 1):
         print(f"tree {number}: {_commit(tree)}", flush=True)
-        taken.append(study(tree, chosen.subjects, chosen.jobs))
+        keep = chosen.keep.resolve() if chosen.keep and number == len(trees) else None
+        taken.append(study(tree, chosen.subjects, chosen.jobs, keep))
     print("| | " + " | ".join(f"tree {number}" for number in range(1, len(trees) + 1)) + " |")
     print("|---" * (len(trees) + 1) + "|")
     for row in taken[0]:
