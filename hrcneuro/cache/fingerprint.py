@@ -69,6 +69,8 @@ class Memo:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.changed = False
+        # Of modules that were looked at in this object's life, which many stages import: hash and imports, or None.
+        self.modules: dict[tuple[str, Path], tuple[str, list[str]] | None] = {}
         try:
             known = read_json(path, max_bytes=_LARGEST_MEMO)
         except (OSError, ValueError):
@@ -119,7 +121,6 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
     Comments, docstrings and formatting do not enter; imports inside functions count, those under
     ``if TYPE_CHECKING`` do not, except in a module with ``__getattr__``: what it names there it loads on first use.
     """
-    package = root.name
     # What was read by another reader (this file, or Python's grammar) is no memory of what this one would find.
     kind = f"code {file_digest(Path(__file__))[:8]} {sys.version_info[0]}.{sys.version_info[1]}"
     hashes: dict[str, str] = {}
@@ -127,12 +128,15 @@ def code(module: str, root: Path, memo: Memo) -> dict[str, str]:
     todo = [module]
     while todo:
         name = todo.pop()
-        path = _module_path(name, root, listed)
-        if name in hashes or path is None:
+        if name in hashes:
             continue
-        read = functools.partial(read_code, name=name, package=package)
-        hashes[name], imports = memo.get(kind, path, read, valid=_is_code)
-        todo += imports
+        if (name, root) not in memo.modules:
+            path = _module_path(name, root, listed)
+            read = functools.partial(read_code, name=name, package=root.name)
+            memo.modules[name, root] = None if path is None else memo.get(kind, path, read, valid=_is_code)
+        if found := memo.modules[name, root]:
+            hashes[name], imports = found
+            todo += imports
     return dict(sorted(hashes.items()))
 
 

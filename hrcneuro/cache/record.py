@@ -62,11 +62,10 @@ def is_key(text: str) -> bool:
 
 
 def write_record(folder: Path, record: Record) -> None:
-    """Write ``record.json``, with a seal: the digest of everything else in it."""
+    """Write ``record.json``, with a seal: the hash of everything else in it."""
     # Through JSON and back, so that the seal is of what a reader will see.
     content = json.loads(json.dumps(asdict(record)))
-    text = json.dumps({**content, "seal": fingerprint.digest(content)}, indent=1, sort_keys=True)
-    (folder / RECORD).write_text(f"{text}\n", encoding="utf-8")
+    (folder / RECORD).write_text(sealed.write(content), encoding="utf-8")
 
 
 def read_record(folder: Path | str) -> Record | None:
@@ -98,7 +97,8 @@ def _plainly(data: bytes) -> dict[str, Any]:
     """Return what a text holds, in whatever form of JSON, without its seal."""
     content: dict[str, Any] = parse_json(data)
     seal = content.pop("seal")
-    if seal != fingerprint.digest(content):
+    # The second is what records had for a seal before their text had one.
+    if seal not in (sealed.seal_of(content), fingerprint.digest(content)):
         raise ValueError("its seal is broken: it was altered")
     return content
 

@@ -6,6 +6,7 @@ that a colour, or another version of Matplotlib, computes no number anew.
 
 from __future__ import annotations
 
+import functools
 import importlib
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ JOINT = ("quality", "cases", "confound", "moves")
 NAMES = STAGES + JOINT
 
 
+@functools.cache
 def load(name: str) -> Drawings:
     """Return the drawings of a stage, or of several that a picture joins."""
     drawings: Drawings = importlib.import_module(f"hrcneuro.drawings.{name}").DRAWINGS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ NAMES = (
 )
 
 
+@functools.cache
 def load(name: str) -> Stage:
     """Return the stage of that name, without what it needs to run."""
     stage: Stage = importlib.import_module(f"hrcneuro.stages.{name}").STAGE
