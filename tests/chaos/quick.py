@@ -18,15 +18,7 @@ class Quick:
         for name in started.PRODUCT:
             importlib.import_module(name)
         self.err, self.code = folder / "err.txt", None
-        request = {
-            "code": None,
-            "arguments": [*map(str, words)],
-            "cwd": str(folder),
-            "environment": around(environment),
-            "paths": [],
-            "out": str(folder / "out.txt"),
-            "err": str(self.err),
-        }
+        request = started.request(words, folder, around(environment), folder / "out.txt", self.err)
         self.pid = os.fork()
         if not self.pid:
             os.setsid()

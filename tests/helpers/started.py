@@ -64,17 +64,9 @@ class Starter:
         """
         with tempfile.TemporaryDirectory() as folder:
             out, err = Path(folder, "out"), Path(folder, "err")
-            request = {
-                "code": code,
-                "arguments": [*map(str, arguments)],
-                "cwd": str(cwd),
-                "environment": {**self.environment, **(environment or {})},
-                "paths": [*map(str, paths)],
-                "memory": self._memory and str(self._memory),
-                "out": str(out),
-                "err": str(err),
-            }
-            self._process.stdin.write(json.dumps(request) + "\n")
+            around = {**self.environment, **(environment or {})}
+            asked = request(arguments, cwd, around, out, err, code=code, paths=paths, memory=self._memory)
+            self._process.stdin.write(json.dumps(asked) + "\n")
             self._process.stdin.flush()
             child = int(self._process.stdout.readline())
             late = threading.Timer(timeout, os.kill, (child, signal.SIGKILL))
@@ -89,6 +81,20 @@ class Starter:
         self._process.stdin.close()
         self._process.wait()
         self._process.stdout.close()
+
+
+def request(arguments, cwd, environment, out, err, *, code=None, paths=(), memory=None):
+    """Return what :func:`become` and :func:`perform` take, as JSON has it."""
+    return {
+        "code": code,
+        "arguments": [*map(str, arguments)],
+        "cwd": str(cwd),
+        "environment": dict(environment),
+        "paths": [*map(str, paths)],
+        "memory": memory and str(memory),
+        "out": str(out),
+        "err": str(err),
+    }
 
 
 @functools.cache

@@ -93,3 +93,14 @@ def test_a_script_of_the_live_side_is_named_that_is_there():
     assert "KeyError: 'no_such'" in done.stderr
     for path in ("experiment_kills", "experiment_subjects", "loop_kills"):
         assert (CHAOS.parent / "product" / f"{path}.py").is_file()
+
+
+def test_a_command_of_the_scripts_starts_and_ends_as_it_does_by_itself(tmp_path):
+    code = (
+        "import sys, pathlib; from study import RUN; from quick import Quick; "
+        "run = Quick(pathlib.Path(sys.argv[1]), '--version'); "
+        "assert run.wait(60) == 0, run.said(); "
+        "run = Quick(pathlib.Path(sys.argv[1]), 'no-such-command'); "
+        "assert run.wait(60) == 2, run.code"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=CHAOS, check=True)
