@@ -18,9 +18,12 @@ from hrcneuro.pipeline.workdir import Workdir
 # options (1000 Hz, 512 Hz from preprocess on), together 0.66 GB a subject; the tables of erp and ersp, which hardly
 # depend on the length, and those of the group, in bytes, are rounded up from a study of three short subjects.
 _OF_SUBJECT = {
-    "acquire": 4300, "preprocess": 1900, "epoch": 2300, "erp": 60, "ersp": 200, "decode": 7, "robot": 550
+    "acquire": 4300, "preprocess": 1900, "epoch": 2300, "erp": 60, "ersp": 200, "decode": 7, "robot": 550,
+    "rerp": 45, "transfer": 65, "calibrate": 2
 }  # fmt: skip
-_OF_GROUP = {"erp": 12_000_000, "ersp": 35_000_000, "decode": 60_000, "simulate": 1_000_000}
+_OF_GROUP = {"erp": 12_000_000, "ersp": 35_000_000, "decode": 60_000, "simulate": 1_000_000, "transfer": 100_000}
+# Of their tables the sampling rate decides nothing.
+_AT_ANY_RATE = ("robot", "transfer", "calibrate")
 _RECORDED_HZ, _PREPROCESSED_HZ = 1000.0, 512.0
 # Of a session of the paper's: 27 channels of EEG and 3 of EOG; 166 episodes took 2385 s.
 _CHANNELS, _EPISODE_S = 30, 14.4
@@ -113,7 +116,7 @@ def estimate(stage: str, unit: str, settings: Settings) -> int | None:
     seconds = _EPISODE_S * (session.blocks * session.episodes_per_block + 2 * session.practice_episodes)
     rate = acquire.sfreq if acquire.source == "synthetic" else _RECORDED_HZ
     kept = min(rate, settings.section("preprocess", unit).sfreq)
-    share = {"acquire": rate / _RECORDED_HZ, "robot": 1.0}.get(stage, kept / _PREPROCESSED_HZ)
+    share = 1.0 if stage in _AT_ANY_RATE else rate / _RECORDED_HZ if stage == "acquire" else kept / _PREPROCESSED_HZ
     return round(_OF_SUBJECT[stage] * share * _CHANNELS * seconds)
 
 
