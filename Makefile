@@ -60,6 +60,8 @@ $(VENV)/runs: pyproject.toml constraints.txt
 	@echo "First the environment, $(VENV): a minute or two, and a download of the libraries."
 	$(PYTHON) -m venv $(VENV)
 	$(PIP) .
+	@# As pip does with a package that is no working copy: else, where nothing may write them later, every start compiles.
+	$(BIN)/python -m compileall -q hrcneuro
 	touch $@
 
 $(VENV)/documents: $(VENV)/runs
