@@ -30,12 +30,12 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.analyses import loop_sessions as made
+from hrcneuro.cli.rehearsing import SYNTHETIC
 from hrcneuro.learning import loop_scores as scores
 from hrcneuro.learning.learners import kinds
 from hrcneuro.learning.loop import LoopModel
 from hrcneuro.report.loop import chapter, null_of
 
-SYNTHETIC = "SYNTHETIC: EEG, people and arm were simulated by hrcneuro."
 EFFECTS = ("anticipation", "none", "post_error", "turn")
 MODES = ("shadow", "closed")
 COMMAND = [sys.executable, "-m", "hrcneuro"]

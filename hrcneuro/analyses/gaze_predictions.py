@@ -177,10 +177,12 @@ def calibration(predicted: np.ndarray, seen: np.ndarray, people: People) -> dict
     A slope of 1 with no bias is a prediction as good as its spread; below 1 it promises more difference than there is.
     """
 
-    def slope(times: np.ndarray) -> np.ndarray:
+    def covariance(times: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         total = times.sum(axis=1)
-        mean_x, mean_y = times @ predicted / total, times @ seen / total
-        return (times @ (predicted * seen) / total - mean_x * mean_y) / (times @ predicted**2 / total - mean_x**2)
+        return times @ (x * y) / total - (times @ x / total) * (times @ y / total)
+
+    def slope(times: np.ndarray) -> np.ndarray:
+        return covariance(times, predicted, seen) / covariance(times, predicted, predicted)
 
     def bias(times: np.ndarray) -> np.ndarray:
         return times @ (seen - predicted) / times.sum(axis=1)
@@ -189,10 +191,7 @@ def calibration(predicted: np.ndarray, seen: np.ndarray, people: People) -> dict
         return times @ np.abs(seen - predicted) / times.sum(axis=1)
 
     def correlation(times: np.ndarray) -> np.ndarray:
-        total = times.sum(axis=1)
-        spread = (times @ predicted**2 / total - (times @ predicted / total) ** 2) / (
-            times @ seen**2 / total - (times @ seen / total) ** 2
-        )
+        spread = covariance(times, predicted, predicted) / covariance(times, seen, seen)
         return slope(times) * np.sqrt(np.maximum(spread, 0.0))
 
     once = np.ones((1, len(seen)))

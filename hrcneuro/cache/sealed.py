@@ -87,10 +87,11 @@ def _part(piece: str) -> Members:
 def _parsed(piece: str) -> Members:
     """Return the members that a piece lists."""
     text = f"{{{piece}}}"
+    members: Members
     members, end = _READ(text)
     if end != len(text):
         raise ValueError("it is no list of members")
-    return dict(members)
+    return members
 
 
 _remembered = functools.lru_cache(_MOST)(_parsed)

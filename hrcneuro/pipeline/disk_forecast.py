@@ -116,7 +116,8 @@ def estimate(stage: str, unit: str, settings: Settings) -> int | None:
     seconds = _EPISODE_S * (session.blocks * session.episodes_per_block + 2 * session.practice_episodes)
     rate = acquire.sfreq if acquire.source == "synthetic" else _RECORDED_HZ
     kept = min(rate, settings.section("preprocess", unit).sfreq)
-    share = 1.0 if stage in _AT_ANY_RATE else rate / _RECORDED_HZ if stage == "acquire" else kept / _PREPROCESSED_HZ
+    shares = {"acquire": rate / _RECORDED_HZ, **dict.fromkeys(_AT_ANY_RATE, 1.0)}
+    share = shares.get(stage, kept / _PREPROCESSED_HZ)
     return round(_OF_SUBJECT[stage] * share * _CHANNELS * seconds)
 
 

@@ -78,7 +78,7 @@ def _channels(recording: Recording, table: Path, *, unit_stated: bool) -> None:
     for i, name in enumerate(recording.ch_names):
         row = about[name]
         word = row.get("type", "n/a")
-        kind = kind_of_type(word) or ("misc" if word.lower() not in ("", "n/a") else recording.ch_types[i])
+        kind = kind_of_type(word) or ("misc" if word.lower() not in bids_layout.NO_WORD else recording.ch_types[i])
         unknown += [f"{name} ({word})"] if kind == "misc" and not kind_of_type(word) and word != "n/a" else []
         _unit(recording, i, row.get("units", "n/a"), kind, table.name if unit_stated else "")
         recording.ch_types[i] = kind
@@ -115,7 +115,7 @@ def _matched(recording: Recording, rows: list[bids_layout.Row], table: Path) -> 
 def _unit(recording: Recording, i: int, word: str, kind: str, table: str) -> None:
     """Scale a channel by the table's unit, or say that the file's own one stands where it has one (``table``)."""
     believed = recording.units[i] if recording.units else "V"
-    unit = voltage_unit(word) if word.lower() not in ("", "n/a") else None
+    unit = voltage_unit(word) if word.lower() not in bids_layout.NO_WORD else None
     if kind == "stim":
         if recording.ch_types[i] != "stim":
             recording.data[i] /= VOLTS.get(believed, 1.0)
@@ -128,7 +128,7 @@ def _unit(recording: Recording, i: int, word: str, kind: str, table: str) -> Non
         )
     elif kind == "misc" and is_no_voltage(word):
         recording.units[i] = word
-    elif not unit and word.lower() not in ("", "n/a"):
+    elif not unit and word.lower() not in bids_layout.NO_WORD:
         recording.notes.append(f"the unit {word!r} of {recording.ch_names[i]} is no voltage and is not used")
 
 
@@ -143,7 +143,7 @@ def _events(recording: Recording, table: Path, wanted: str) -> None:
         onset, text = _seconds(row.get("onset", "n/a"), table), marker_name(row[column])
         if np.isnan(onset):
             unplaced += 1
-        elif text.lower() in ("", "n/a"):
+        elif text.lower() in bids_layout.NO_WORD:
             unnamed += 1
         else:
             duration = _seconds(row.get("duration", "n/a"), table)

@@ -24,7 +24,8 @@ from hrcneuro.sources.units import voltage_unit
 
 FORMATS = (".vhdr", ".edf", ".bdf", ".set")
 """What BIDS allows of EEG."""
-_NO_WORD = ("", "n/a")
+NO_WORD = ("", "n/a")
+"""Cells of a table, in small letters, that say nothing."""
 _NUMBER = re.compile(r"\d+(\.\d*)?")
 _ORDER = ("ses", "task", "run", "split")
 """What of a recording's name tells it from the subject's others, and in which order they are joined."""
@@ -105,7 +106,7 @@ def files(
     found = _chosen(root, subject, {"task": tasks, "ses": sessions, "run": runs})
     out: dict[str, Path] = {}
     tables: list[tuple[Path, list[Row]]] = []
-    headers: list[tuple[Path, list[Row]]] = []
+    bare: list[Path] = []
     for number, recording in enumerate(found, start=1):
         mark = "" if number == 1 else f" {number}"
         mine = {"recording": recording, **companions(recording), **describing_files(recording)}
@@ -122,12 +123,13 @@ def files(
             )
         if "channels" in mine:
             tables.append((mine["channels"], _channels(mine["channels"])))
-        elif announced := announced_channels(recording):
-            headers.append((recording, [{"name": k, "sampling_frequency": f"{v:g}"} for k, v in announced.items()]))
+        else:
+            bare.append(recording)
         out |= {f"{label}{mark}": file for label, file in mine.items()}
     # Each among its own kind: a table may name channels otherwise than the recording.
-    for described in (tables, headers):
-        _refuse_unequal(described)
+    _refuse_unequal(tables)
+    if len(bare) > 1:
+        _refuse_unequal([(one, rows) for one in bare if (rows := _announced(one))])
     for file in out.values():
         refuse_broken_link(file)
     return out
@@ -240,12 +242,18 @@ def _channels(table: Path) -> list[Row]:
     rows = read_rows(table)
     for row in rows:
         unit = row.get("units", "n/a")
-        if kind_of_type(row.get("type", "")) in _VOLTAGES and unit.lower() not in _NO_WORD and not voltage_unit(unit):
+        if kind_of_type(row.get("type", "")) in _VOLTAGES and unit.lower() not in NO_WORD and not voltage_unit(unit):
             raise DataError(
                 f"{table.name} gives {row['type']} channel {row.get('name')} the unit {unit!r}, which is no voltage",
                 cure="write V, mV, µV or nV there, or n/a: then the recording's own unit counts",
             )
     return rows
+
+
+def _announced(recording: Path) -> list[Row]:
+    """Return what a recording's header says of its channels as channels.tsv would; nothing where it says nothing."""
+    found = announced_channels(recording) or {}
+    return [{"name": name, "sampling_frequency": f"{rate:g}"} for name, rate in found.items()]
 
 
 _MEANT: dict[str, Callable[[str], object]] = {
@@ -261,7 +269,7 @@ def _alike(one: str | None, two: str | None, meant: Callable[[str], object]) -> 
     """Return whether two cells say the same, or one says nothing; a channel that is absent is no cell."""
     if one is None or two is None:
         return one is two
-    return one.lower() in _NO_WORD or two.lower() in _NO_WORD or meant(one) == meant(two)
+    return one.lower() in NO_WORD or two.lower() in NO_WORD or meant(one) == meant(two)
 
 
 def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:

@@ -100,8 +100,11 @@ def test_no_byte_of_a_record_can_go_or_change_unseen(tmp_path):
 )
 def test_what_somebody_sealed_who_writes_otherwise_is_read_plainly_or_to_the_same(tmp_path, old, new):
     """Members that stand there twice, or what is no JSON: pieces never say what the whole does not."""
-    body = written(tmp_path).decode().rpartition(',\n "seal"')[0]
+    text = written(tmp_path).decode()
+    body = text.rpartition(',\n "seal"')[0]
     assert old in body
+    assert sealed.read(text.encode()) is not None
+    assert sealed.read(text.replace(old, new).encode()) is None
     changed = body.replace(old, new)
     seal = hashlib.sha256(f"{changed}\n}}".encode()).hexdigest()
     found = sealed.read(f'{changed},\n "seal": "{seal}"\n}}\n'.encode())

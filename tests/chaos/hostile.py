@@ -17,7 +17,7 @@ from study import RUN, call, complete, fresh, reference  # first: it makes the h
 from quick import Quick  # isort: skip
 from table import Fault, Lost, tell
 
-from hrcneuro.cache import fingerprint
+from hrcneuro.cache import sealed
 
 
 class _Payload:
@@ -252,8 +252,7 @@ def _spoil(kind, bucket, path, base, draw):
     data = kind(bucket, path, content, base, draw)
     if path.is_symlink() or not path.is_file():
         return
-    sealed = {**content, "seal": fingerprint.digest(content)}
-    path.write_bytes(data if data is not None else json.dumps(sealed, indent=1, sort_keys=True).encode())
+    path.write_bytes(data if data is not None else sealed.write(content).encode())
 
 
 def _files(bucket, path, content):

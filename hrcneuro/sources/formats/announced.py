@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hrcneuro.errors import DataError
-from hrcneuro.sources.formats.brainvision_text import read_sections
+from hrcneuro.sources.formats.brainvision_text import channel_fields, read_sections
 from hrcneuro.sources.formats.edf_header import read_header
 from hrcneuro.sources.labels import kind_of
 
@@ -27,7 +27,7 @@ def _brainvision(path: Path) -> dict[str, float]:
     sections = read_sections(path)
     interval_us = float(sections.get("common infos", {}).get("samplinginterval", 0))
     rows = sections.get("channel infos", {}).values()
-    return {row.split(",")[0].strip().replace(r"\1", ","): 1e6 / interval_us for row in rows}
+    return {channel_fields(row)[0]: 1e6 / interval_us for row in rows}
 
 
 def _edf(path: Path) -> dict[str, float]:

@@ -114,7 +114,7 @@ def _channels(path: Path, sections: Sections, notes: list[str]) -> list[_Channel
 
 
 def _channel(row: str, number: str, place: str) -> _Channel:
-    name, _, resolution, unit = ([field.strip().replace(r"\1", ",") for field in row.split(",")] + [""] * 4)[:4]
+    name, _, resolution, unit = (text.channel_fields(row) + [""] * 4)[:4]
     # The format's defaults: one microvolt.
     volts = voltage_unit(unit or "uV")
     return _Channel(

@@ -102,6 +102,11 @@ def named_files(path: Path, sections: Mapping[str, Mapping[str, str]]) -> Files:
     return Files(data_name, find_named(path.parent, data_name), marker_name, markers, spare)
 
 
+def channel_fields(row: str) -> list[str]:
+    """Return the fields of a channel's line of a header: name, reference, resolution, unit, as many as are there."""
+    return [field.strip().replace(r"\1", ",") for field in row.split(",")]
+
+
 def _marker(line: str) -> Marker | None:
     fields = [field.strip() for field in line.split(",")]
     if len(fields) < 3 or not re.fullmatch(r"[+-]?\d+", fields[2]):
