@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from hrcneuro.decoding.crossval import distinct
 from hrcneuro.decoding.frozen import FrozenDecoder, windows
 from hrcneuro.eeg import breaks
 from hrcneuro.eeg.causal import State, design
+from hrcneuro.eeg.params import CausalOptions
 from hrcneuro.eeg.spatial import Channels, cleaning_matrix
 from hrcneuro.errors import DataError
 from hrcneuro.paradigm.design import CUES
@@ -26,30 +27,6 @@ if TYPE_CHECKING:
 
 _PIECE = 10_000  # samples that are read at a time
 _REASONS = {State.BROKEN: "boundary", State.GONE: "outside", State.COMING: "outside"}
-
-
-class CausalOptions(Protocol):
-    """How a recording is seen as a stream is: options of the stages that do so."""
-
-    @property
-    def l_freq(self) -> float:
-        """High-pass of the causal filter, Hz."""
-
-    @property
-    def h_freq(self) -> float:
-        """Its low-pass, Hz."""
-
-    @property
-    def interpolation(self) -> str:
-        """Splines for bad channels."""
-
-    @property
-    def reference(self) -> str:
-        """``average`` or ``none``."""
-
-    @property
-    def reject_uv(self) -> float:
-        """The largest deviation of an epoch that is none of an artefact, µV."""
 
 
 @dataclass(frozen=True)

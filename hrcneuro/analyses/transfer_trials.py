@@ -22,7 +22,7 @@ from hrcneuro.tables.transfer import TRIALS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from hrcneuro.analyses.calibrated import CausalOptions
+    from hrcneuro.eeg.params import CausalOptions
     from hrcneuro.eeg.selection import LabelledEpochs
 
 OFFLINE, CAUSAL = "offline", "causal"

@@ -75,3 +75,36 @@ class CleaningParams:
         "error", "what becomes of a bad channel whose position is unknown", choices=("error", "drop", "keep")
     )
     reference: str = option("average", "reference of the clean EEG; none: as recorded", choices=("average", "none"))
+
+
+@dataclass(frozen=True)
+class CausalOptions:
+    """How a recording is seen as a stream is, by the stages that do so; :mod:`hrcneuro.eeg.causal` is the chain."""
+
+    l_freq: float = option(0.1, "first-order high-pass of the causal filter", unit="Hz", low=0, open_low=True)
+    h_freq: float = option(
+        published.PASS_BAND_HZ.value[1],
+        "fourth-order low-pass of the causal filter",
+        unit="Hz",
+        low=0,
+        open_low=True,
+    )
+    interpolation: str = option(
+        "eeglab", "splines for the channels that preprocess calls bad, as a stream sees them", choices=SPLINES
+    )
+    reference: str = option(
+        "average", "reference of the EEG as a stream sees it; none: as recorded", choices=("average", "none")
+    )
+    reject_uv: float = option(
+        published.IMPLAUSIBLE_UV.value,
+        "a trial whose causal epoch has a larger deviation from a channel's 0-600 ms mean is an artefact",
+        unit="µV",
+        low=0,
+        open_low=True,
+    )
+
+    def of_band(self) -> list[str]:
+        """Return what is contradictory in the edges of the filter."""
+        if self.l_freq < self.h_freq:
+            return []
+        return [f"l_freq = {self.l_freq:g} Hz must lie below h_freq = {self.h_freq:g} Hz"]

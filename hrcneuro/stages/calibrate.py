@@ -7,13 +7,12 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hrcneuro import published
 from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Read, Stage, Work, option, params
 from hrcneuro.decoding.frozen_refusals import FewTrialsError
 from hrcneuro.decoding.refusals import EmptyWindowError, NotFiniteTrialsError
 from hrcneuro.decoding.scheme import SHRINKAGE
-from hrcneuro.eeg.params import SPLINES
+from hrcneuro.eeg.params import CausalOptions
 from hrcneuro.eeg.refusals import BandError, LoneChannelError, NoPositionError
 from hrcneuro.errors import ConfigError, Cures, DataError, cured, did_you_mean
 from hrcneuro.paradigm.design import CUES, DECODED, PROBLEMS
@@ -41,7 +40,7 @@ _CURES: Cures = {
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(CausalOptions):
     """What the decoder learns from, and how."""
 
     conditions: dict[str, str] = option(DECODED, "condition -> pandas query on the trial table", shared="conditions")
@@ -53,23 +52,6 @@ class Config:
     blocks: tuple[int, ...] = option((), "main blocks whose trials count; none: all", low=1)
     matched: tuple[str, ...] = option(
         (), "cues (prev_error, turn) within whose strata both classes train with equally many trials; none: plain"
-    )
-    l_freq: float = option(0.1, "first-order high-pass of the causal filter", unit="Hz", low=0, open_low=True)
-    h_freq: float = option(
-        published.PASS_BAND_HZ.value[1],
-        "fourth-order low-pass of the causal filter",
-        unit="Hz",
-        low=0,
-        open_low=True,
-    )
-    interpolation: str = option("eeglab", "splines for the channels that preprocess calls bad", choices=SPLINES)
-    reference: str = option("average", "reference of the clean EEG; none: as recorded", choices=("average", "none"))
-    reject_uv: float = option(
-        published.IMPLAUSIBLE_UV.value,
-        "an epoch with a larger deviation from a channel's 0-600 ms mean is an artefact, here and live",
-        unit="µV",
-        low=0,
-        open_low=True,
     )
     shrinkage: float = option(SHRINKAGE, "lambda of the regularised LDA", low=0, high=1, share=True, open_low=True)
     draws: int = option(10, "balanced training sets that are drawn; the decoder is their mean", low=1, high=1000)
@@ -84,8 +66,7 @@ def check(config: Config) -> list[str]:
         for cue in dict.fromkeys(config.matched)
         if cue not in CUES or config.matched.count(cue) > 1
     ]
-    if config.l_freq >= config.h_freq:
-        mistakes.append(f"l_freq = {config.l_freq:g} Hz must lie below h_freq = {config.h_freq:g} Hz")
+    mistakes += config.of_band()
     if config.scenarios and not config.split:
         mistakes.append(f"scenarios = {list(config.scenarios)}, and study.split, the column of scenarios, is empty")
     return mistakes

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import published
 from hrcneuro.analyses import conditions as configured
 from hrcneuro.contract import Inputs, Of, Read, Reads, Stage, Work, option
 from hrcneuro.decoding.refusals import (
@@ -18,7 +17,7 @@ from hrcneuro.decoding.refusals import (
     WindowOutsideError,
 )
 from hrcneuro.decoding.transfer_scheme import RECENTRING, TransferScheme
-from hrcneuro.eeg.params import SPLINES
+from hrcneuro.eeg.params import CausalOptions
 from hrcneuro.eeg.refusals import BandError, LoneChannelError, NoPositionError
 from hrcneuro.errors import ConfigError, Cures, DataError, cured
 from hrcneuro.paradigm.design import DECODED, PROBLEMS
@@ -42,7 +41,7 @@ _CURES: Cures = {
 
 
 @dataclass(frozen=True)
-class Config(TransferScheme):
+class Config(TransferScheme, CausalOptions):
     """What is decoded, and the signals that decoders see; how, is the scheme's."""
 
     conditions: dict[str, str] = option(DECODED, "condition -> pandas query on the trial table", shared="conditions")
@@ -55,23 +54,6 @@ class Config(TransferScheme):
         "offline: the epochs of epoch; causal: the recording as a stream would bring it, ready 600 ms after an onset",
         choices=_SIGNALS,
     )
-    l_freq: float = option(0.1, "first-order high-pass of the causal signal", unit="Hz", low=0, open_low=True)
-    h_freq: float = option(
-        published.PASS_BAND_HZ.value[1],
-        "fourth-order low-pass of the causal signal",
-        unit="Hz",
-        low=0,
-        open_low=True,
-    )
-    interpolation: str = option("eeglab", "causal: splines for the channels that preprocess calls bad", choices=SPLINES)
-    reference: str = option("average", "causal: reference; none: as recorded", choices=("average", "none"))
-    reject_uv: float = option(
-        published.IMPLAUSIBLE_UV.value,
-        "causal: a trial with a larger deviation from a channel's 0-600 ms mean is left out of both signals",
-        unit="µV",
-        low=0,
-        open_low=True,
-    )
 
 
 def check(config: Config) -> list[str]:
@@ -83,9 +65,7 @@ def check(config: Config) -> list[str]:
     ]
     if list(config.pairs) != sorted(set(config.pairs)):
         mistakes.append(f"pairs = {list(config.pairs)}: give numbers in rising order, each only once")
-    if config.l_freq >= config.h_freq:
-        mistakes.append(f"l_freq = {config.l_freq:g} Hz must lie below h_freq = {config.h_freq:g} Hz")
-    return mistakes
+    return mistakes + config.of_band()
 
 
 def ready(config: Config) -> None:
