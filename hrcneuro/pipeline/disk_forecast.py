@@ -15,13 +15,13 @@ from hrcneuro.pipeline.measured import measured, of_kind
 from hrcneuro.pipeline.workdir import Workdir
 
 # Bytes a channel and second of a recording, as synthetic subjects of the paper's size wrote them at the default
-# options (1000 Hz, 512 Hz from preprocess on), together 0.66 GB a subject; the tables of erp and ersp, which hardly
-# depend on the length, and those of the group, in bytes, are rounded up from a study of three short subjects.
+# options (1000 Hz, 512 Hz from preprocess on), together 0.68 GB a subject; the tables of erp and ersp hardly depend on
+# the length. Of the group, in bytes: as the study of twelve wrote them.
 _OF_SUBJECT = {
-    "acquire": 4300, "preprocess": 1900, "epoch": 2300, "erp": 60, "ersp": 200, "decode": 7, "robot": 550,
+    "acquire": 4300, "preprocess": 1900, "epoch": 2300, "erp": 95, "ersp": 440, "decode": 7, "robot": 550,
     "rerp": 45, "transfer": 65, "calibrate": 2
 }  # fmt: skip
-_OF_GROUP = {"erp": 12_000_000, "ersp": 35_000_000, "decode": 60_000, "simulate": 1_000_000, "transfer": 100_000}
+_OF_GROUP = {"erp": 27_000_000, "ersp": 135_000_000, "decode": 60_000, "simulate": 1_000_000, "transfer": 100_000}
 # Of their tables the sampling rate decides nothing.
 _AT_ANY_RATE = ("robot", "transfer", "calibrate")
 _RECORDED_HZ, _PREPROCESSED_HZ = 1000.0, 512.0

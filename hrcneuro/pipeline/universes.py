@@ -26,6 +26,8 @@ from hrcneuro.pipeline.workdir import Workdir
 _CLEAN = "preprocess"
 # Smaller files stay: tables that verdicts rest on, and that say what a universe was.
 _SMALL = 1_000_000
+# So do a group's tests, however large: as the code that judges changes, they are judged anew without being made again.
+_TESTED = "_stats.parquet"
 
 Lineage = tuple[str, str, str]
 """A task's stage and unit, and what decides its result."""
@@ -109,18 +111,20 @@ def last_uses(universes: Sequence[Universe]) -> dict[Lineage, int]:
 
 
 def droppable(record: Record) -> list[str]:
-    """Return the names of an entry's files that go after their last use: signals and large tables of subjects."""
-    if record.unit in OF_ALL:
-        return []
-    suffix = slimming.SUFFIX
-    return [name for name, about in record.outputs.items() if name.endswith(suffix) or about["size"] >= _SMALL]
+    """Return the names of an entry's files that go after their last use: signals and large tables, but no tests."""
+    suffix, of_all = slimming.SUFFIX, record.unit in OF_ALL
+    return [
+        name
+        for name, about in record.outputs.items()
+        if (name.endswith(suffix) or about["size"] >= _SMALL) and not (of_all and name.endswith(_TESTED))
+    ]
 
 
 def let_go(workdir: Workdir, study: Workdir, items: Iterable[Item]) -> int:
     """Drop what these tasks wrote and nothing needs any more; return how many bytes went.
 
-    Records and small tables stay. Only entries that the multiverse has made itself go, and none that another study, or
-    another run, points at.
+    Records, small tables and a group's tests stay. Only entries that the multiverse has made itself go, and none that
+    another study, or another run, points at.
 
     Args:
         workdir: The multiverse's.

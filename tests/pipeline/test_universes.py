@@ -24,7 +24,7 @@ class Config:
 
 
 class House:
-    """acquire -> preprocess -> erp, which has a group; each writes a signal and a small table."""
+    """acquire -> preprocess -> erp, which has a group; each writes a signal, a large table and a small one."""
 
     def __init__(self):
         self.calls = []
@@ -48,6 +48,7 @@ class House:
     def work(self, config, inputs, out):
         self.calls.append((inputs.unit, config.gain))
         (out / "x.fif").write_bytes(bytes([config.gain]) * LARGE)
+        (out / "z_stats.parquet").write_bytes(bytes([config.gain]) * LARGE)
         of = [
             path.read_bytes()[:1] for units in inputs.files.values() for own in units.values() for path in own.values()
         ]
@@ -96,7 +97,7 @@ def finish(place, study, every):
     for one in every:
         items = run(place, one)
         assert all(item.state.done for item in items)
-        most = max(most, sum(path.stat().st_size for path in signals(place)))
+        most = max(most, sum(path.stat().st_size for path in large(place)))
         over = {lineage[:2] for lineage in one.lineages.values() if last[lineage] == one.number}
         universes.let_go(place, study, [item for item in items if (item.stage, item.unit) in over])
     return most
@@ -104,6 +105,10 @@ def finish(place, study, every):
 
 def signals(place):
     return sorted(place.cache.root.rglob("*.fif"))
+
+
+def large(place):
+    return sorted(path for path in place.cache.root.rglob("*.*") if path.stat().st_size >= LARGE)
 
 
 def test_tasks_of_one_lineage_are_those_that_the_cache_shares(house, place):
@@ -134,9 +139,10 @@ def test_universes_of_a_chain_follow_each_other_and_the_study_s_own_comes_first(
 def test_signals_go_after_their_last_use_and_nothing_is_computed_twice_for_that(house, place, study):
     every = universes.in_order(made(place, *({"preprocess": p, "erp": e} for e in (1, 2) for p in (1, 2, 3))))
     most = finish(place, study, every)
-    # Both recordings, one chain, one variant of erp; the group's results of all six universes stay.
-    assert most <= (2 + 2 + 2 + 6) * LARGE
-    assert {path.parts[-4:-2] for path in signals(place)} == {("erp", "group")}
+    # Two subjects' recordings, one chain and one variant of erp, and its group: a signal and a large table of each;
+    # beside them stay the tests of the six groups, which verdicts are passed on.
+    assert most <= (2 * (2 + 2 + 2 + 1) + 6) * LARGE
+    assert [(*path.parts[-4:-2], path.name) for path in large(place)] == 6 * [("erp", "group", "z_stats.parquet")]
     assert len(list(place.cache.root.rglob("y.parquet"))) == 2 + 3 * 2 + 6 * 3
     before = len(house.calls)
     for one in every:
@@ -157,7 +163,7 @@ def test_what_the_study_or_another_one_holds_stays(house, place, study, tmp_path
     # Another study now wants what this one has let go, and holds it.
     walk.Run(other_own, other, tasks, whole=[t for t in tasks if t.name == "preprocess"]).run(Serial())
     finish(place, study, every)
-    held = {(path.parts[-4], path.read_bytes()[0]) for path in signals(place) if path.parts[-3] != "group"}
+    held = {(path.parts[-4], path.read_bytes()[0]) for path in signals(place)}
     assert held == {("acquire", 1), ("preprocess", 1), ("erp", 1), ("preprocess", 2)}
     assert {path: path.read_text() for path in study.results.rglob("*.json")} == pointers
     assert {item.state for item in walk.Run(own, study, tasks, verify=True).plan()} == {"hit"}
@@ -196,7 +202,7 @@ def test_what_it_will_cost_is_what_it_costs(house, place, study, monkeypatch):
     assert (wanted.units, wanted.there, wanted.untimed, wanted.unsized) == (24 - 7, 7, (), ())
     before = {path: path.stat().st_size for path in place.cache.root.rglob("*") if path.suffix in (".fif", ".parquet")}
     most = finish(place, study, universes.in_order(every))
-    held = sum(size for path, size in before.items() if path.suffix == ".fif")
+    held = sum(size for size in before.values() if size >= LARGE)
     assert wanted.disk == pytest.approx(most - held, abs=1000)
     after = sum(path.stat().st_size for path in place.cache.root.rglob("*") if path.suffix in (".fif", ".parquet"))
     assert wanted.kept == pytest.approx(after - sum(before.values()), abs=1000)

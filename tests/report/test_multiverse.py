@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 
 from hrcneuro.analyses import multiverse as many
 from hrcneuro.config import settings
+from hrcneuro.contract import GROUP
 from hrcneuro.io.tables import describe
 from hrcneuro.report import multiverse as told_of
 from hrcneuro.report import multiverse_files as files
@@ -133,3 +135,19 @@ def test_a_finished_study_is_judged_as_its_report_does(smoke_items):
     # A small study can tell nothing, and what its figures meet is told all the same.
     assert {row["verdict"] for row in judged.values()} >= {"not testable"}
     assert {row["fits"] for row in judged.values()} >= {many.FITS, many.DIFFERS}
+
+
+def test_verdicts_are_passed_anew_from_what_a_multiverse_keeps(smoke_items):
+    """In a study of the paper's size all signals are dropped, and of the group all of erp and ersp but the tests."""
+    study = settings.load(Path("smoke"))
+
+    def stays(item, name):
+        large = item.unit == GROUP and item.stage in ("erp", "ersp") and name != "channels.parquet"
+        return name.endswith("_stats.parquet") if large else not name.endswith(".fif")
+
+    kept = [
+        replace(item, artifacts={name: path for name, path in item.artifacts.items() if stays(item, name)})
+        for item in smoke_items
+    ]
+    assert sum(len(item.artifacts) for item in kept) < sum(len(item.artifacts) for item in smoke_items)
+    assert told_of.judge(study, kept) == told_of.judge(study, smoke_items)
