@@ -8,8 +8,9 @@
 3. the whole multiverse, by one command.
 
 The budget is (1) + chains × (2) + what differs within chains. The last is what the records of (3) say of each stage,
-without as many variants of it as there are chains, in processor seconds by the rate of (2). Disk is looked at twice a
-second. The 12-subject study takes ``multiverses/paper.toml``.
+without as many variants of it as there are chains, in processor seconds by the rate of (2). That no result was computed
+twice is seen by their number: at most as many as differ by what decides them. Disk is looked at twice a second. The
+12-subject study takes ``multiverses/paper.toml``.
 """
 
 from __future__ import annotations
@@ -134,12 +135,15 @@ def measure(chosen: Any, given: list[str], own: list[str], asked: Any, folder: P
     disk.join()
     cost = answer["cost"]
     rate = chain.cpu / taken
-    rest = rate * differs(recorded(whole), cost["chains"])
+    results = recorded(whole)
+    computed = sum(map(len, results.values()))
+    rest = rate * differs(results, cost["chains"])
     first = sum(one.cpu for one in shared)
     budget = first + cost["chains"] * chain.cpu + rest
     ratio = all_of_it.cpu / budget
     return [
-        f"{cost['universes']} universes on {cost['chains']} chains, {cost['units']} units",
+        f"{cost['universes']} universes on {cost['chains']} chains, {cost['units']} different results, of which "
+        f"{computed} were computed{'' if computed <= cost['units'] else ' TOO MANY'}",
         "| what | processor s | by the clock, s |",
         "|---|---|---|",
         f"| shared by all ({', '.join(s for s in SHARED if s in stages)}) | {first:.1f} "

@@ -58,12 +58,13 @@ def influence(verdicts: pd.DataFrame, every: Sequence[Chosen]) -> pd.DataFrame:
     """Return how much each choice moves each finding.
 
     Args:
-        verdicts: One row a universe and finding: ``universe`` (place in ``every``), ``finding``, ``value`` (NaN: none),
-            ``fits`` (:data:`FITS`, :data:`DIFFERS` or :data:`OPEN`).
+        verdicts: One row a universe and finding: ``universe`` (place in ``every``), ``analysis`` (of the first universe
+            to whose analysis this finding owes the same), ``finding``, ``value`` (NaN: none), ``fits`` (:data:`FITS`,
+            :data:`DIFFERS` or :data:`OPEN`).
         every: The universes.
 
     Returns:
-        One row a finding and choice: ``pairs`` that differ in this choice alone and of which both have the finding,
+        One row a finding and choice: ``pairs`` of analyses that this choice alone tells apart, both with the finding,
         ``flips``, the share of those pairs that are told apart by it (of pairs in which both fit or differ; NaN without
         any), ``moved``, the mean absolute difference of their values, and ``most``, the largest.
     """
@@ -71,15 +72,22 @@ def influence(verdicts: pd.DataFrame, every: Sequence[Chosen]) -> pd.DataFrame:
     rows = []
     for finding, own in verdicts.groupby("finding", sort=False):
         values, fits = np.full(len(every), np.nan), np.full(len(every), np.nan)
-        there = np.zeros(len(every), bool)
+        there, analysis = np.zeros(len(every), bool), np.arange(len(every))
         places = own["universe"].to_numpy(int)
         there[places] = True
+        analysis[places] = own["analysis"].to_numpy(int)
         values[places] = own["value"].to_numpy(float)
         fits[places] = own["fits"].map({FITS: 1.0, DIFFERS: 0.0}).to_numpy(float)
         for choice, of in by_choice.items():
-            kept = of[there[of].all(axis=1)]
+            kept = _distinct(analysis[of[there[of].all(axis=1)]])
             rows.append((finding, choice, len(kept), *_moved(values, fits, kept)))
     return pd.DataFrame(rows, columns=["finding", "choice", "pairs", "flips", "moved", "most"])
+
+
+def _distinct(of: np.ndarray) -> np.ndarray:
+    """Return pairs, shape (n_pairs, 2), each once, without those of an analysis with itself."""
+    apart = np.sort(of[of[:, 0] != of[:, 1]], axis=1)
+    return np.unique(apart, axis=0)
 
 
 def _moved(values: np.ndarray, fits: np.ndarray, of: np.ndarray) -> tuple[float, float, float]:
@@ -92,42 +100,47 @@ def _moved(values: np.ndarray, fits: np.ndarray, of: np.ndarray) -> tuple[float,
 
 
 def held(verdicts: pd.DataFrame, moved: pd.DataFrame) -> pd.DataFrame:
-    """Return what holds in how many universes, and which choice moves it most.
+    """Return what holds in how many analyses, and which choice moves it most.
+
+    Universes that do the same for a finding, as they differ in what comes after it or stands beside it, are one
+    analysis of it.
 
     Args:
         verdicts: As of :func:`influence`; universe 0 is the study's own.
         moved: What that function returns of them.
 
     Returns:
-        One row a finding, in the order of ``verdicts``: ``study`` (what the study's own universe has to say), ``fits``,
-        ``differs``, ``open`` (numbers of universes), ``share`` (that fit, of those that fit or differ; NaN without
-        any), ``value`` (the study's own), ``low``, ``high`` (range of the values), ``choice`` (that moves it most:
-        flips it in the largest share of pairs, then moves its value farthest on average; empty where none does),
-        ``flips``, ``moved`` (of that choice).
+        One row a finding, in the order of ``verdicts``: ``study`` (what the study's own universe has to say),
+        ``analyses`` (how many there are), ``fits``, ``differs``, ``open`` (how many of them), ``share`` (that fit, of
+        those that fit or differ; NaN without any), ``value`` (the study's own), ``low``, ``high`` (range of the
+        values), ``choice`` (that moves it most: flips it in the largest share of pairs, then moves its value farthest
+        on average; empty where none does), ``flips``, ``moved``, ``pairs`` (of that choice).
     """
     rows = []
     for finding, own in verdicts.groupby("finding", sort=False):
-        counts = own["fits"].value_counts()
+        once = own[own["universe"] == own["analysis"]]
+        counts = once["fits"].value_counts()
         fits, differs, unknown = (int(counts.get(word, 0)) for word in (FITS, DIFFERS, OPEN))
         study = own[own["universe"] == 0]
         told = (str(study["fits"].iloc[0]), float(study["value"].iloc[0])) if len(study) else ("", np.nan)
         values = own["value"].dropna()
         span = (values.min(), values.max()) if len(values) else (np.nan, np.nan)
         share = fits / (fits + differs) if fits + differs else np.nan
-        rows.append((finding, told[0], fits, differs, unknown, share, told[1], *span, *_most(moved, finding)))
-    counted = ["fits", "differs", "open", "share"]
-    columns = ["finding", "study", *counted, "value", "low", "high", "choice", "flips", "moved"]
+        numbers = (len(once), fits, differs, unknown, share)
+        rows.append((finding, told[0], *numbers, told[1], *span, *_most(moved, finding)))
+    counted = ["analyses", "fits", "differs", "open", "share"]
+    columns = ["finding", "study", *counted, "value", "low", "high", "choice", "flips", "moved", "pairs"]
     return pd.DataFrame(rows, columns=columns)
 
 
-def _most(moved: pd.DataFrame, finding: object) -> tuple[str, float, float]:
-    """Return the choice that moves a finding most, how often it flips it, and how far it moves it on average."""
+def _most(moved: pd.DataFrame, finding: object) -> tuple[str, float, float, int]:
+    """Return the choice that moves a finding most, how often it flips it, how far it moves it, and its pairs."""
     own = moved[moved["finding"] == finding].fillna({"flips": 0.0, "moved": 0.0})
     own = own[(own["flips"] > 0) | (own["moved"] > 0)].sort_values(["flips", "moved"], ascending=False, kind="stable")
     if own.empty:
-        return "", np.nan, np.nan
+        return "", np.nan, np.nan, 0
     first = own.iloc[0]
-    return str(first["choice"]), float(first["flips"]), float(first["moved"])
+    return str(first["choice"]), float(first["flips"]), float(first["moved"]), int(first["pairs"])
 
 
 def in_words(chosen: Iterable[tuple[str, str]]) -> str:

@@ -107,6 +107,7 @@ def planned(options: Options, file: Path) -> Work:
             # What is hashed of the code for one universe is known for the others.
             keys = _warm(keys, every[0])
         _ready(every[-1])
+    _reaching(asked, choices, every)
     return Work(options, asked, choices, every, chains(in_order(every)), keys, place, told_of.code(keys.memo))
 
 
@@ -129,6 +130,23 @@ def _check(asked: Multiverse, study: Settings) -> None:
                 f"{asked.name}: curves names {name!r}{did_you_mean(name, told_of.FINDINGS)}",
                 cure=f"findings: {', '.join(told_of.FINDINGS)}",
             )
+
+
+def _reaching(asked: Multiverse, choices: Sequence[Choice], every: Sequence[Universe]) -> None:
+    """Refuse choices that change no result, such as one of a stage that the file does not name: copies are no evidence.
+
+    Raises:
+        ConfigError: With all such choices.
+    """
+    pairs = many.pairs([one.chosen for one in every])
+    idle = [one.name for one in choices if all(every[a].id == every[b].id for a, b in pairs[one.name])]
+    if idle:
+        ran = dict.fromkeys(task.name for task in every[0].graph)
+        raise ConfigError(
+            f"{asked.name}: whatever {' or '.join(idle)} is, all results are the same: it decides nothing in "
+            f"{', '.join(ran)}, which is all that a universe consists of",
+            cure="leave it out, or name the stage that it is for in stages",
+        )
 
 
 def _ready(one: Universe) -> None:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hrcneuro import interrupts
+from hrcneuro import interrupts, stages
 from hrcneuro.answers.words import counted, roughly
 from hrcneuro.cache.disk import guarded
 from hrcneuro.cli import bring
@@ -128,7 +128,13 @@ def _counts(items: Sequence[Item]) -> str:
 def _written(work: Work, wanted: Cost) -> Written:
     """Write tables, pictures and the page of what is judged."""
     ended = [
-        Judged(one.number, work.chains[one.number], one.chosen, work.judged[one.number])
+        Judged(
+            one.number,
+            work.chains[one.number],
+            one.chosen,
+            work.judged[one.number],
+            {name: one.analysis(name) for name in stages.NAMES},
+        )
         for one in work.every
         if one.number in work.judged
     ]

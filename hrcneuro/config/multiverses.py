@@ -116,9 +116,8 @@ class _Reader:
         curves = self._words(values, "curves")
         if self.mistakes:
             found = "\n".join(f"  - {one}" for one in self.mistakes)
-            raise ConfigError(
-                f"{self.path} has {len(self.mistakes)} mistakes:\n{found}", cure=f"correct them; {_EXAMPLE}"
-            )
+            many = f"{len(self.mistakes)} mistake{'s' * (len(self.mistakes) > 1)}"
+            raise ConfigError(f"{self.path} has {many}:\n{found}", cure=f"correct them; {_EXAMPLE}")
         place = self.path.parent / config if config else None
         return Multiverse(self.path.stem, place, named, curves, tuple(choices))
 
@@ -179,11 +178,13 @@ class _Reader:
         for choice in choices:
             words = [value.name for value in choice.values]
             if len(words) < 2:
-                self.mistakes.append(f"{choice.name} has {len(words)} values; allowed: at least two")
+                some = f"{len(words)} value{'s' * (len(words) != 1)}"
+                self.mistakes.append(f"{choice.name} has {some}; allowed: at least two")
             twice = sorted({word for word in words if words.count(word) > 1})
             self.mistakes += [f"{choice.name} names {word!r} twice; allowed: each value once" for word in twice]
             universes *= len(words) if choice.crossed and words else 1
             for option in dict.fromkeys(option for value in choice.values for option in value.options):
+                self.mistakes += _unknown(option)
                 other = by_option.setdefault(option, choice.name)
                 if other != choice.name:
                     self.mistakes.append(f"{option} is set by {other} and by {choice.name}; allowed: by one choice")
@@ -212,6 +213,15 @@ def _is_option(name: str) -> bool:
     for key in keys:
         part = getattr(part, key, None)
     return bool(keys) and not dataclasses.is_dataclass(part)
+
+
+def _unknown(option: str) -> list[str]:
+    """Return the mistake of an option that its stage does not have."""
+    stage, key, *_ = [*option.split("."), ""]
+    if stage not in stages.NAMES:
+        return []
+    keys = [f.name for f in dataclasses.fields(stages.load(stage).config)]
+    return [] if key in keys else [f"unknown option {option}{did_you_mean(key, keys)}"]
 
 
 def _name(value: Any) -> str:

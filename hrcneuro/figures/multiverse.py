@@ -33,12 +33,12 @@ def draw_curve(
     printed: float | None = None,
     path: Path,
 ) -> None:
-    """Draw one finding in all universes from its least value to its largest, and below which choices each one made.
+    """Draw one finding in all analyses from its least value to its largest, and below which choices each one made.
 
     Args:
-        values: ndarray, shape (n_universes,), in ``unit``; the first is the study's own; NaN is left out.
+        values: ndarray, shape (n_analyses,), in ``unit``; the first is the study's own; NaN is left out.
         fits: What each has to say: ``fits``, ``differs`` or ``cannot tell``.
-        chosen: Choice -> value of each.
+        chosen: Choice -> value of each; a choice in which none differs is not drawn.
         title: What the finding is.
         unit: Of the values.
         printed: What the paper prints, in ``unit``; None where that is no such number.
@@ -47,7 +47,7 @@ def draw_curve(
     rows = _rows(chosen)
     places = np.flatnonzero(np.isfinite(values))
     order = places[np.argsort(values[places], kind="stable")]
-    height = 2.1 + _LINE * (len(rows) + 0.6 * len(chosen[0])) + 0.45
+    height = 2.1 + _LINE * (len(rows) + 0.6 * len({name for name, _ in rows})) + 0.45
     with rc_context(PLACED):
         figure = Figure(figsize=(_WIDTH, height))
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.1, height - 2.55))
@@ -65,7 +65,7 @@ def draw_curve(
         above.set_title(title, loc="left")
         _matrix(below, rows, [chosen[i] for i in order], colours)
         below.set_xticks([])
-        below.set_xlabel(f"{len(order)} universes, in the order of their value")
+        below.set_xlabel(f"{len(order)} analyses, in the order of their value")
         figure.legend(
             handles=_key(fits, own=bool(len(own)), printed=printed is not None), loc="outside lower left", ncols=5
         )
@@ -108,8 +108,9 @@ def draw_findings(
 
 
 def _rows(chosen: Sequence[Mapping[str, str]]) -> list[tuple[str, str]]:
-    """Return (choice, value) of each row: the values in the order in which they come."""
-    return [(name, value) for name in chosen[0] for value in dict.fromkeys(one[name] for one in chosen)]
+    """Return (choice, value) of each row: the values in the order in which they come, of choices that differ."""
+    values = {name: dict.fromkeys(one[name] for one in chosen) for name in chosen[0]}
+    return [(name, value) for name, of in values.items() if len(of) > 1 for value in of]
 
 
 def _matrix(
@@ -126,7 +127,7 @@ def _matrix(
         x = [i for i, one in enumerate(chosen) if one[name] == value]
         axes.scatter(x, [height] * len(x), marker="|", s=14, lw=1.0, c=[colours[i] for i in x])
     axes.set_yticks(heights, labels, fontsize=6)
-    axes.set_ylim(at + 0.7, 0.3)
+    axes.set_ylim(max(at, 1.0) + 0.7, 0.3)
     axes.tick_params(axis="y", length=0)
     axes.spines[["left"]].set_visible(False)
 

@@ -56,6 +56,10 @@ class Universe:
         """What decides all its results, 16 digits."""
         return fingerprint.digest(sorted(self.lineages.values()))[:16]
 
+    def analysis(self, stage: str) -> str:
+        """Return what decides all results of a stage, 16 digits."""
+        return fingerprint.digest(sorted(self.of(stage)))[:16]
+
     def of(self, stage: str) -> tuple[Lineage, ...]:
         """Return the lineages of a stage's tasks."""
         return tuple(lineage for lineage in self.lineages.values() if lineage[0] == stage)

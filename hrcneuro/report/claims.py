@@ -31,6 +31,7 @@ class Claim:
         figure: Anchor of the picture to see; empty without one.
         stage: What measures it; empty where that is the chapter's stage.
         of_group: Whether the stage's group measures it, where subjects measure the rest.
+        beside: Another stage whose group it is measured on, too; empty for none.
     """
 
     key: str
@@ -39,6 +40,12 @@ class Claim:
     figure: str = ""
     stage: str = ""
     of_group: bool = False
+    beside: str = ""
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages whose results decide it."""
+        return tuple(filter(None, (self.stage or self.chapter, self.beside)))
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,7 @@ CLAIMS = (
     Claim("ersp 3 theta", published.ERSP_SCENARIOS_THETA, "ersp", "fig3"),
     Claim("ersp 3 early", published.ERSP_SCENARIOS_MOTOR, "ersp", "fig3"),
     Claim("ersp 3 more", published.ERSP_SCENARIOS_PREFRONTAL, "ersp", "fig3"),
-    Claim("locked", published.TIME_AND_PHASE, "ersp", "fig2"),
+    Claim("locked", published.TIME_AND_PHASE, "ersp", "fig2", beside="erp"),
     *_table_2(),
     Claim("chance", published.CHANCE, "decode", _FOREST),
     *(Claim(f"sim {episode}", p, "simulate", _FIG_4) for episode, p in published.SIM1_ACCURACY.items()),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro.analyses import multiverse as many
+from hrcneuro.answers.words import counted
 from hrcneuro.cache import fingerprint
 from hrcneuro.cache.disk import read_json
 from hrcneuro.report import shelf
@@ -35,12 +36,14 @@ class Judged:
         chain: Number of its preprocessing chain.
         chosen: Choice -> name of the value that was taken.
         rows: A finding each, as :func:`judge` returns them.
+        analyses: Stage -> what decides its results; universes with the same do the same as far as that stage.
     """
 
     number: int
     chain: int
     chosen: Mapping[str, str]
     rows: Sequence[Row]
+    analyses: Mapping[str, str] = field(default_factory=dict)
 
 
 def judge(settings: Any, items: Sequence[Any]) -> list[Row]:
@@ -89,10 +92,14 @@ def verdicts(every: Sequence[Judged], own: Mapping[str, str]) -> pd.DataFrame:
     ``own`` are the study's own values of the choices.
     """
     rows = []
-    for one in every:
+    first: dict[tuple[str, ...], int] = {}
+    for one in sorted(every, key=lambda one: one.number):
         words = many.in_words(many.differing(one.chosen, own).items())
-        about = {"universe": one.number, "chain": one.chain, "choices": words}
-        rows += [{**about, **_printed(row["finding"]), **row} for row in one.rows]
+        for row in one.rows:
+            does = [one.analyses.get(stage, str(one.number)) for stage in FINDINGS[row["finding"]].stages]
+            same = first.setdefault((row["finding"], *does), one.number)
+            about = {"universe": one.number, "analysis": same, "chain": one.chain, "choices": words}
+            rows.append({**about, **_printed(row["finding"]), **row})
     frame = pd.DataFrame(rows)
     frame["value"] = frame["value"].astype(float)
     rank = {key: place for place, key in enumerate(FINDINGS)}
@@ -100,9 +107,10 @@ def verdicts(every: Sequence[Judged], own: Mapping[str, str]) -> pd.DataFrame:
 
 
 def summary(told: pd.DataFrame, every: Sequence[Judged]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return what holds in how many universes, and how much each choice moves each finding."""
+    """Return what holds in how many analyses, and how much each choice moves each finding."""
     places = {one.number: place for place, one in enumerate(every)}
-    moved = many.influence(told.assign(universe=told["universe"].map(places)), [one.chosen for one in every])
+    placed = told.assign(universe=told["universe"].map(places), analysis=told["analysis"].map(places))
+    moved = many.influence(placed, [one.chosen for one in every])
     held = many.held(told, moved)
     units = told.groupby("finding", sort=False)["unit"].first()
     about = pd.DataFrame([_printed(key) for key in held["finding"]])
@@ -124,12 +132,15 @@ def lines(held: pd.DataFrame) -> list[str]:
     for row in records(turned):
         own = f"the study's own {row['study']}" if row["study"] else "the study's own is not there"
         found.append(f"{row['quantity']}: fits in {fits_in(row)}; {own}; moved most by {moved_by(row)}")
+    reached = held[held["analyses"] > 1]
     words = {"fits": "fit", "differs": "differ"}
     for name, other in (("fits", "differs"), ("differs", "fits")):
-        number = int(((held[name] > 0) & (held[other] == 0)).sum())
-        found.append(f"{number} of {len(held)} findings {words[name]} in every universe that can judge them")
-    unjudged = int((held["fits"] + held["differs"] == 0).sum())
-    return [*found, f"{unjudged} of {len(held)} findings cannot be judged in any universe"]
+        number = int(((reached[name] > 0) & (reached[other] == 0)).sum())
+        found.append(f"{number} of {len(held)} findings {words[name]} in every analysis that can judge them")
+    unjudged = int((reached["fits"] + reached["differs"] == 0).sum())
+    found.append(f"{unjudged} of {len(held)} findings cannot be judged in any analysis")
+    same = len(held) - len(reached)
+    return [*found, f"{same} of {len(held)} findings are reached by no choice: there is one analysis of them"]
 
 
 def records(frame: pd.DataFrame) -> list[Row]:
@@ -138,8 +149,10 @@ def records(frame: pd.DataFrame) -> list[Row]:
 
 
 def fits_in(row: Mapping[str, Any]) -> str:
-    """Return ``12 of 60 (20 %)``."""
+    """Return ``12 of 60 (20 %)``, of analyses; in words where there is one alone."""
     told = row["fits"] + row["differs"]
+    if row["analyses"] == 1:
+        return "one analysis"
     return f"{row['fits']} of {told} ({100 * row['share']:.0f} %)" if told else "judged in none"
 
 
@@ -147,9 +160,15 @@ def moved_by(row: Mapping[str, Any]) -> str:
     """Return the choice that moves a finding most, and how; a dash where none does."""
     if not isinstance(row["choice"], str):
         return "-"
-    turns = f"turns it in {100 * row['flips']:.0f} % of pairs" if row["flips"] > 0 else "turns it in no pair"
-    far = f"; values {row['moved']:.2g} {row['unit']} apart" if np.isfinite(row["moved"]) and row["moved"] else ""
+    of = counted(row["pairs"], "pair")
+    turns = f"turns it in {100 * row['flips']:.0f} % of {of}" if row["flips"] > 0 else f"turns it in none of {of}"
+    far = f"; values {short(row['moved'])} {row['unit']} apart" if np.isfinite(row["moved"]) and row["moved"] else ""
     return f"{row['choice']} ({turns}{far})"
+
+
+def short(value: float) -> str:
+    """Return a number in two digits, a large one in whole numbers."""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.2g}"
 
 
 def span(row: Mapping[str, Any]) -> str:

@@ -15,7 +15,18 @@ from hrcneuro import published
 from hrcneuro.figures.style import DPI
 from hrcneuro.io.tables import write_table
 from hrcneuro.report import markup, shelf
-from hrcneuro.report.multiverse import FINDINGS, Judged, fits_in, lines, moved_by, records, span, summary, verdicts
+from hrcneuro.report.multiverse import (
+    FINDINGS,
+    Judged,
+    fits_in,
+    lines,
+    moved_by,
+    records,
+    short,
+    span,
+    summary,
+    verdicts,
+)
 from hrcneuro.report.verdicts import VERDICTS
 from hrcneuro.tables import multiverse as tables
 
@@ -139,7 +150,8 @@ def page(
 
 def _findings(held: pd.DataFrame, told: pd.DataFrame) -> markup.PageTable:
     own = told[told["universe"] == 0].set_index("finding")
-    head = ["place", "finding", "published", "the study's own", "fits in", "cannot tell", "values", "moved most by"]
+    head = ["place", "finding", "published", "the study's own", "fits in, of analyses", "cannot tell"]
+    head += ["values", "moved most by"]
     rows = []
     for row in records(held):
         ours: markup.Cell = "-"
@@ -157,14 +169,15 @@ def _influence(moved: pd.DataFrame, held: pd.DataFrame) -> markup.PageTable:
     rows = []
     for row in records(moved[moved["flips"].fillna(0) >= _FEW]):
         far = [
-            f"{row[name]:.2g} {unit[row['finding']]}" if np.isfinite(row[name]) else "-" for name in ("moved", "most")
+            f"{short(row[name])} {unit[row['finding']]}" if np.isfinite(row[name]) else "-"
+            for name in ("moved", "most")
         ]
         rows.append([quantity[row["finding"]], row["choice"], row["pairs"], f"{100 * row['flips']:.0f} %", *far])
     return markup.PageTable(head, rows)
 
 
 def _verdicts(told: pd.DataFrame) -> markup.PageTable:
-    counts = told.groupby(["finding", "verdict"], sort=False).size()
+    counts = told[told["universe"] == told["analysis"]].groupby(["finding", "verdict"], sort=False).size()
     words = [word for word in VERDICTS if word in set(told["verdict"])]
     quantity = told.groupby("finding", sort=False)["quantity"].first()
     rows = [[name, *(int(counts.get((key, word), 0)) for word in words)] for key, name in quantity.items()]
@@ -188,8 +201,9 @@ def draw(
     by_number = {one.number: one for one in every}
     drawn = {}
     for finding in curves:
-        own = told[told["finding"] == finding].set_index("universe").sort_index()
-        if 0 not in own.index or not np.isfinite(own["value"]).any():
+        once = told[(told["finding"] == finding) & (told["universe"] == told["analysis"])]
+        own = once.set_index("universe").sort_index()
+        if 0 not in own.index or np.isfinite(own["value"]).sum() < 2:
             continue
         name, about = f"curve_{re.sub(r'[^A-Za-z0-9]+', '_', finding)}.png", FINDINGS[finding].printed
         chosen = [by_number[number].chosen for number in own.index]
@@ -197,7 +211,7 @@ def draw(
         given = dict(title=f"{about.quantity} ({about.place})", unit=own["unit"].iloc[0], printed=printed)
         figures.draw_curve(own["value"].to_numpy(), list(own["fits"]), chosen, path=out / name, **given)
         drawn[name] = (
-            f"{about.quantity}: each universe's value, sorted, and below what it chose; printed: {about.text}."
+            f"{about.quantity}: the value of each analysis, sorted, and below what it chose; printed: {about.text}."
         )
     split = held[(held[["fits", "differs", "open"]] > 0).sum(axis=1) > 1]
     if len(split):

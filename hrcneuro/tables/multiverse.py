@@ -12,10 +12,13 @@ _FINDING = {
 }
 _UNIT = Column("category", "", "unit of value")
 VERDICTS = Table(
-    1,
+    2,
     "one row a universe and finding",
     {
         "universe": Column("int", "", "number of the universe; 0 is the study's own"),
+        "analysis": Column(
+            "int", "", "the first universe that does the same for this finding; a row that names itself counts"
+        ),
         "chain": Column(
             "int", "", "number of its preprocessing chain; universes of a chain share the clean recordings"
         ),
@@ -42,24 +45,26 @@ UNIVERSES = Table(
     },
 )
 SUMMARY = Table(
-    1,
+    2,
     "one row a finding",
     {
         **_FINDING,
         "unit": _UNIT,
         "study": Column("category", "", "what the study's own universe has to say: fits, differs or cannot tell"),
-        "fits": Column("int", "", "universes in which it fits"),
-        "differs": Column("int", "", "universes in which it differs"),
-        "open": Column("int", "", "universes that cannot tell"),
+        "analyses": Column("int", "", "universes, those that do the same for this finding once"),
+        "fits": Column("int", "", "analyses in which it fits"),
+        "differs": Column("int", "", "analyses in which it differs"),
+        "open": Column("int", "", "analyses that cannot tell"),
         "share": Column("float", "", "that fit, of those that fit or differ"),
         "value": Column("float", "", "the study's own value"),
         "low": Column("float", "", "least value of a universe"),
         "high": Column("float", "", "largest value of a universe"),
         "choice": Column("category", "", "that moves it most; null where none does"),
         "flips": Column(
-            "float", "", "share of the pairs of universes that differ in that choice alone in which one fits"
+            "float", "", "share of the pairs of analyses that differ in that choice alone in which one fits"
         ),
         "moved": Column("float", "", "mean absolute difference of their values"),
+        "pairs": Column("int", "", "how many of these pairs there are"),
     },
 )
 INFLUENCE = Table(
@@ -68,7 +73,7 @@ INFLUENCE = Table(
     {
         "finding": _FINDING["finding"],
         "choice": Column("category", "", "what could have been chosen otherwise"),
-        "pairs": Column("int", "", "pairs of universes that differ in this choice alone"),
+        "pairs": Column("int", "", "pairs of analyses that differ in this choice alone"),
         "flips": Column("float", "", "share of them in which one fits and one differs"),
         "moved": Column("float", "", "mean absolute difference of their values"),
         "most": Column("float", "", "largest absolute difference"),

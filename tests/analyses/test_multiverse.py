@@ -46,9 +46,9 @@ def planted(every, value, threshold):
     rows = []
     for place, one in enumerate(every):
         number = value(one)
-        rows.append((place, "number", number, many.FITS if number >= threshold else many.DIFFERS))
-        rows.append((place, "word", math.nan, many.FITS))
-    return pd.DataFrame(rows, columns=["universe", "finding", "value", "fits"])
+        rows.append((place, place, "number", number, many.FITS if number >= threshold else many.DIFFERS))
+        rows.append((place, place, "word", math.nan, many.FITS))
+    return pd.DataFrame(rows, columns=["universe", "analysis", "finding", "value", "fits"])
 
 
 EVERY = many.universes({"filter": ["zero", "causal", "low"], "lambda": ["0.9", "0.5"]}, {"baseline": ["200", "100"]})
@@ -101,7 +101,26 @@ def test_a_universe_that_is_missing_or_cannot_tell_is_in_no_share(verdicts):
 def test_the_order_of_universes_moves_nothing(verdicts):
     order = np.random.default_rng(0).permutation(len(EVERY))
     back = {int(old): new for new, old in enumerate(order)}
-    shuffled = verdicts.assign(universe=verdicts["universe"].map(back)).sample(frac=1, random_state=1)
+    places = verdicts["universe"].map(back)
+    shuffled = verdicts.assign(universe=places, analysis=places).sample(frac=1, random_state=1)
     one = many.influence(verdicts, EVERY).set_index(["finding", "choice"]).sort_index()
     other = many.influence(shuffled, [EVERY[i] for i in order]).set_index(["finding", "choice"]).sort_index()
     pd.testing.assert_frame_equal(one, other)
+
+
+def test_universes_that_do_the_same_for_a_finding_count_once(verdicts):
+    """Here what the filter does comes after the finding; the baseline reaches it, the lambda does too."""
+    first = {}
+    same = [first.setdefault((one["lambda"], one["baseline"]), place) for place, one in enumerate(EVERY)]
+    copies = planted(EVERY, lambda one: SHIFT[one["lambda"]] + SHIFT[one["baseline"]], threshold=2.0)
+    copies = copies.assign(analysis=copies["universe"].map(dict(enumerate(same))))
+    moved = many.influence(copies, EVERY).set_index(["finding", "choice"])
+    assert dict(moved.loc[("number", slice(None)), "pairs"].droplevel(0)) == {"filter": 0, "lambda": 1, "baseline": 1}
+    assert math.isnan(moved.loc[("number", "filter"), "flips"])
+    held = many.held(copies, many.influence(copies, EVERY)).set_index("finding")
+    counts = held.loc["number", ["analyses", "fits", "differs", "open"]].tolist()
+    assert counts == [3, 1, 2, 0]
+    assert held.loc["number", "share"] == pytest.approx(1 / 3)
+    # Each universe for itself: the copies of the study's own would weigh six times.
+    alone = many.held(verdicts, many.influence(verdicts, EVERY)).set_index("finding")
+    assert (alone["analyses"] == len(EVERY)).all()

@@ -78,9 +78,13 @@ def test_a_named_choice_sets_what_it_likes_and_the_study_s_own_value_comes_first
         ("crss = 1", "unknown key crss (did you mean 'cross'?)"),
         ("cross = 1", "cross = 1 is no table"),
         ("stages = ['decod']\n[cross]\ndecode.shrinkage = [0.9, 0.1]", "stages names 'decod' (did you mean 'decode'?)"),
-        ("[cross]\ndecode.shrinkage = [0.9]", "decode.shrinkage has 1 values; allowed: at least two"),
+        ("[cross]\ndecode.shrinkage = [0.9]", "decode.shrinkage has 1 value; allowed: at least two"),
         ("[cross]\ndecode.shrinkage = 0.9", "decode.shrinkage = 0.9; allowed: a list of values"),
         ("[cross]\ndecode.shrinkage = [0.9, 0.9]", "names '0.9' twice"),
+        (
+            "[cross]\npreprocess.filtr = ['zero_phase', 'causal']\ndecode.shrinkage = [0.9]",
+            "2 mistakes:\n  - unknown option preprocess.filtr (did you mean 'filter'?)\n  - decode.shrinkage has 1 ",
+        ),
         ("[cross]\nfilter = 3", "filter is neither an option"),
         ("[cross.filter]\nzero = 1\ncausal = {}", "filter.zero = 1 is no table of options"),
         ("", "names no choice under [cross] or [one_at_a_time]"),
@@ -104,7 +108,6 @@ def test_mistakes_of_a_file_are_named(tmp_path, text, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("preprocess.filtr = ['zero_phase', 'causal']", "unknown key preprocess.filtr (did you mean 'filter'?)"),
         ("preprocess.filter = ['zero_phase', 'casual']", "'casual' (did you mean 'causal'?)"),
         ("decode.shrinkage = [0.8, 0.5]", "decode.shrinkage: one value must be the study's own, and none is"),
         ("choice.a = {}\nchoice.b = { decode.shrinkage = 0.9 }", "2 of its values are (a, b)"),

@@ -76,6 +76,11 @@ def test_each_universe_is_judged_and_each_shared_step_computed_once(lab):
     assert rejected["epoch.reject_uv: 60 µV"] > 0
     one = next(row for row in done.json["summary"] if row["finding"] == "rejected")
     assert (one["choice"], one["study"], one["fits"] + one["differs"]) == ("epoch.reject_uv", "fits", 5)
+    # What the cleaning decides alone is one analysis in universes that reject otherwise; the moves are the same in all.
+    analyses = {row["finding"]: row["analyses"] for row in done.json["summary"]}
+    assert (analyses["rejected"], analyses["replaced"], analyses["steps"]) == (5, 3, 1)
+    for _, same in verdicts.groupby(["finding", "analysis"]):
+        assert same["ours"].nunique() == 1
     page = (folder / "work" / "multiverse" / "mine" / "multiverse.html").read_text()
     assert "SYNTHETIC" in page
     assert "curve_replaced.png" in page
@@ -164,6 +169,7 @@ def test_a_real_disk_too_small_is_refused_too(hrcneuro, tmp_path):
         ('["average", "none"]', '["none", "none"]', "names 'none' twice"),
         ('curves = ["replaced"]', 'curves = ["replacd"]', "did you mean 'replaced'"),
         ('stages = ["epoch"]', 'stages = ["epochs"]', "did you mean 'epoch'"),
+        ("[one_at_a_time]", "[one_at_a_time]\nerp.baseline_s = [[-0.2, 0.0], [-0.1, 0.0]]", "all results are the same"),
     ],
 )
 def test_a_mistake_is_named_before_anything_runs(hrcneuro, tmp_path, old, new, words):

@@ -73,7 +73,22 @@ def test_the_summary_counts_and_names_what_moves_a_finding(tmp_path, every):
     assert json.loads(json.dumps(written.summary)) == written.summary
     text = "\n".join(written.lines)
     assert "ERP, RH against RR before: fits in 1 of 2 (50 %); the study's own fits; moved most by filter" in text
-    assert "1 of 3 findings fit in every universe that can judge them" in text
+    assert "1 of 3 findings fit in every analysis that can judge them" in text
+    assert "0 of 3 findings are reached by no choice" in text
+
+
+def test_universes_that_differ_after_a_finding_are_one_analysis_of_it(tmp_path):
+    """Filter and baseline decide the potentials, which the decoders' choice comes after."""
+    deep = [{"erp": str(n % 3 == 0), "decode": str(n), "simulate": "the same"} for n in range(len(EVERY))]
+    every = [told_of.Judged(n, 0, chosen, rows(3 * (n % 3 == 0)), deep[n]) for n, chosen in enumerate(EVERY)]
+    written = write(tmp_path, every)
+    by_finding = {row["finding"]: row for row in written.summary}
+    assert [by_finding[name]["analyses"] for name in (ERP, ACC, WORD)] == [2, 4, 1]
+    told = pd.read_parquet(written.files["verdicts"]).set_index(["finding", "universe"])["analysis"]
+    assert told[ERP].tolist() == [0, 1, 1, 0]
+    assert told[ACC].tolist() == [0, 1, 2, 3]
+    assert "1 of 3 findings are reached by no choice: there is one analysis of them" in written.lines
+    assert "one analysis" in written.page.read_text()
 
 
 def test_the_page_shows_pictures_that_are_there_and_escapes_what_it_is_given(tmp_path, every):
