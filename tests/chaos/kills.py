@@ -53,11 +53,11 @@ def _engine(name, base):
     with contextlib.ExitStack() as exits:
         words, environment, lab = ["--executor", name, "-j", "2"], {}, None
         if name == "dask":
-            (base / "dask").mkdir()
-            lab = exits.enter_context(dask_lab(base / "dask"))
+            (base / "dask-lab").mkdir()
+            lab = exits.enter_context(dask_lab(base / "dask-lab"))
             words = ["--executor", "dask", "--set", f"cluster.scheduler={lab.address}"]
         if name == "slurm":
-            environment = exits.enter_context(slurm(base / "slurm", cores=4))
+            environment = exits.enter_context(slurm(base / "slurm-lab", cores=4))
         yield words, environment, lab
 
 
