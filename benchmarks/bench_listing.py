@@ -148,7 +148,7 @@ def statuses(subjects: int, models: Models) -> bool:
             calls = [command("status", *given, *more) for _ in range(5)]
             cpu = _measure.median([one.cpu for one in calls])
             seconds += [cpu] if more else []
-            all_of_them = ", ".join(f"{one.cpu:.2f}" for one in calls)
+            each = ", ".join(f"{one.cpu:.2f}" for one in calls)
             wall = _measure.median([one.wall for one in calls])
             print(
                 f"| status, {subjects} subjects, {what}: median of {all_of_them} | {wall:.2f} ({cpu:.2f}) |", flush=True

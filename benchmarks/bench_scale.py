@@ -2,7 +2,8 @@
 
 Small synthetic studies of 1, 2, 4, 8 and 16 subjects are computed, numbers alone, by the serial executor, each by one
 command in an empty folder. The exit code is 1 where a subject of 16 takes another processor time than one of 2, by more
-than 15 %, be it in its own tasks or as its share of the whole command. ``benchmarks/scale_schedule.py`` says from records like these what hundreds of subjects would take.
+than 15 %, be it in its own tasks or as its share of the whole command. ``benchmarks/scale_schedule.py`` says from
+records like these what hundreds of subjects would take.
 """
 
 from __future__ import annotations
