@@ -150,9 +150,7 @@ def statuses(subjects: int, models: Models) -> bool:
             seconds += [cpu] if more else []
             each = ", ".join(f"{one.cpu:.2f}" for one in calls)
             wall = _measure.median([one.wall for one in calls])
-            print(
-                f"| status, {subjects} subjects, {what}: median of {all_of_them} | {wall:.2f} ({cpu:.2f}) |", flush=True
-            )
+            print(f"| status, {subjects} subjects, {what}: median of {each} | {wall:.2f} ({cpu:.2f}) |", flush=True)
         # The program's modules are read and parsed anew, as after an update.
         (folder / "cache" / ".memo.json").unlink()
         took = command("status", *given, "--no-figures")
