@@ -54,13 +54,21 @@ def _replay(one: Summary) -> list[str]:
         f"{one['settled_paths']:,} of {counted(one['settled'], 'trial')} that this number settles are one path of the "
         f"gaze (rows of different trials: {_share(one['paths_by_chance'])})",
     ]
+    of = f"{one['replayed']:,} of {counted(one['sessions'], 'session')}"
     if one["largest_difference"] is not None:
         lines.append(
-            f"policies replayed from them differ from the logged ones by {one['largest_difference']:.1g} at most"
+            f"policies of {of}, replayed from them, differ from the logged ones by {one['largest_difference']:.1g} "
+            "at most"
         )
+    else:
+        lines.append(f"policies of {of} could be replayed")
     for row in one["disagreeing"]:
         where = f"{row['subject']} run {row['run']} trial {row['trial']}"
-        lines.append(f"disagrees: {where}: {row['transitions']} logged, {row['counted']} or more inferred")
+        known = row["counted"] is not None
+        inferred = f"{row['counted']} or more inferred" if known else "no transitions explain its policy"
+        lines.append(f"disagrees: {where}: {row['transitions']} logged, {inferred}")
+    if one["disagreeing"]:
+        lines.append("what people saw in a trial that disagrees counts as not known")
     return lines
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from hrcneuro.analyses import gaze_predictions, gaze_scores
 from hrcneuro.analyses.evidence import evidence
+from hrcneuro.answers import evidences
 from hrcneuro.learning.gaze import STEP
-from hrcneuro.learning.gaze_counts import is_path
+from hrcneuro.learning.gaze_counts import follows, is_path, trial_counts
 from hrcneuro.sources.gaze_logs import read_sessions
 from hrcneuro.stages import simulate
 from tests.helpers import gaze_logs
@@ -50,11 +51,23 @@ def test_the_published_learner_comes_out_again_to_the_last_digit(published):
     assert (told["settled"], told["settled_paths"]) == (1535, 1535)
     assert told["paths_by_chance"] < 0.25
     # Half of the logs' last digit.
+    assert (told["sessions"], told["replayed"]) == (64, 64)
     assert told["largest_difference"] < 5.0e-13
     assert len(trials) == 3200
     apart = [gaze_scores.looks(ways) for ways in several_paths(replayed)]
     assert len(apart) == told["several_paths"] == 446
     assert np.median([np.ptp(one, axis=0).max() for one in apart]) < 0.051
+
+
+def test_no_answer_of_a_published_decoder_could_be_another(published):
+    for one in published:
+        assert follows(one.before, one.policies, one.error).all()
+        turned = follows(one.before, one.policies, ~one.error)
+        for trial in np.flatnonzero(turned):
+            # Two of 3,200 trials: their number of transitions tells.
+            found = trial_counts(one.before[trial], one.policies[trial], error=not one.error[trial])
+            assert one.transitions is not None
+            assert not found.allows(int(one.transitions[trial]))
 
 
 def several_paths(replayed):
@@ -101,6 +114,22 @@ def test_a_log_whose_transitions_were_altered_is_listed():
     ]
     assert told["allowed"] == 49
     assert told["whole_agree"] == told["whole"] - 1
+
+
+def test_a_session_that_cannot_be_followed_is_counted_as_not_replayed_and_told_in_words():
+    sessions = [gaze_logs.session("s03", run, seed=2)[0] for run in (1, 2)]
+    sessions[0].error[4] ^= True
+    replayed = gaze_scores.Replay(sessions)
+    told = gaze_scores.replay_summary(replayed.rows(), replayed.paths_by_chance())
+    assert (told["sessions"], told["replayed"], told["unsolved"]) == (2, 1, 1)
+    assert told["largest_difference"] < 1e-9
+    assert [(one["trial"], one["counted"]) for one in told["disagreeing"]] == [(5, None)]
+    lines = evidences._replay(told)
+    assert any("policies of 1 of 2 sessions, replayed" in line for line in lines)
+    assert any(line.endswith("logged, no transitions explain its policy") for line in lines)
+    assert not any("1 or more" in line for line in lines)
+    none = gaze_scores.replay_summary(gaze_scores.Replay(sessions[:1]).rows(), float("nan"))
+    assert "policies of 0 of 1 session could be replayed" in evidences._replay({**none, "largest_difference": None})
 
 
 def test_looks_that_are_read_are_those_that_were():
