@@ -16,11 +16,12 @@ EDGES = (0.60, 0.75, 0.85)
 BINS = ("< 0.60", "0.60-0.75", "0.75-0.85", ">= 0.85")
 EARLY = 25  # trials, of which an accuracy is told that shares none with the last ten
 UNSOLVED = -1  # stands for the number of transitions where none explain the policy
+LEAST_PEOPLE = 5  # of fewer, drawing them again and again tells nothing of people
 _DRAWS = 4000
 
 
 class People:
-    """Resamples people, and all sessions of theirs with them.
+    """Resamples people, and all sessions of theirs with them; of fewer than ``LEAST_PEOPLE`` no interval is known.
 
     Args:
         people: Whose each session is.
@@ -33,11 +34,13 @@ class People:
         self._times = rng.multinomial(len(names), np.full(len(names), 1 / len(names)), size=_DRAWS)
 
     def interval(self, statistic: Callable[[np.ndarray], np.ndarray]) -> tuple[float, float]:
-        """Return the 95 % interval of a statistic.
+        """Return the 95 % interval of a statistic; nan, nan of too few people.
 
         Args:
             statistic: Takes how often each session counts, ndarray, shape (n_draws, n_sessions); returns (n_draws,).
         """
+        if self._times.shape[1] < LEAST_PEOPLE:
+            return float("nan"), float("nan")
         with np.errstate(invalid="ignore", divide="ignore"):
             drawn = statistic(self._times[:, self._whose].astype(float))
         kept = drawn[np.isfinite(drawn)]
@@ -52,6 +55,8 @@ class People:
 
     def mean(self, values: np.ndarray, of: np.ndarray | None = None) -> tuple[float, float]:
         """Return the interval of the mean of sessions' values; ``of``: which sessions count, bool."""
+        if of is not None and self.count(of) < LEAST_PEOPLE:
+            return float("nan"), float("nan")
         mask = np.ones(len(values)) if of is None else of.astype(float)
         return self.interval(lambda times: (times * mask) @ values / (times @ mask))
 

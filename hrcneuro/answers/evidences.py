@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from hrcneuro.answers.words import UNKNOWN, counted, indented, number, percent
@@ -78,7 +78,7 @@ def _design(summary: Summary) -> list[str]:
         return ["the design tool finds no accuracy that is enough after so many trials"]
     told = [
         f"{name} ({counted(part['sessions'], 'session')} of {counted(part['people'], 'person', 'people')}): "
-        f"{part['well']} ended so, {_share(part['share'])} ({_share(part['low'])} to {_share(part['high'])})"
+        f"{part['well']} ended so, {_share(part['share'])} ({_interval(part, _share)})"
         for name, part in ((name, found[name]) for name in ("above", "below"))
         if part["sessions"]
     ]
@@ -105,8 +105,8 @@ def _partners(one: Summary) -> list[str]:
     if gain := one.get("gain"):
         lines.append(
             f"people who adapt are likelier than fixed ones by {number(gain['value'])} nats, each by what was fitted "
-            f"to the others (95 % over people {number(gain['low'])} to {number(gain['high'])}; better in "
-            f"{gain['better']} of {gain['people']})"
+            f"to the others (95 % over people {_interval(gain, number)}; better in {gain['better']} of "
+            f"{gain['people']})"
         )
     return lines
 
@@ -118,4 +118,11 @@ def _share(value: float | None) -> str:
 def _value(one: Summary) -> str:
     if one["value"] is None:
         return UNKNOWN
-    return f"{number(one['value'], 2)} ({number(one['low'], 2)} to {number(one['high'], 2)})"
+    return f"{number(one['value'], 2)} ({_interval(one, lambda value: number(value, 2))})"
+
+
+def _interval(one: Summary, told: Callable[[float | None], str]) -> str:
+    """Return ``0.40 to 1.49``, or that the interval is not known."""
+    if one["low"] is None:
+        return f"interval {UNKNOWN}"
+    return f"{told(one['low'])} to {told(one['high'])}"

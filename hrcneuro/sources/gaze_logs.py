@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hrcneuro.errors import DataError
-from hrcneuro.learning.gaze import STATES, TRIALS, GazeSession
+from hrcneuro.learning.gaze import STATES, TRIALS, UNSCORED_RUN, GazeSession
 from hrcneuro.learning.gaze_counts import follows
 from hrcneuro.sources import gaze_layout
 from hrcneuro.sources.pointers import refuse_pointer
@@ -18,7 +18,7 @@ POLICY = tuple(f"x{i}{j}" for i in range(STATES) for j in range(STATES))
 """p(next state j | state i) after the trial, row by row; the logs have these columns in another order."""
 _OBJECTS = ("left", "middle", "right")
 _CLOSED = ("Trial", "nTrans", "naoDecision", "humanDecision", "guessCorr", "errpDetector")
-_UNSCORED = ("Trial", "naoDecision", "errpDetector")  # corl3; why is not documented
+_UNSCORED = ("Trial", "naoDecision", "errpDetector")
 _CALIBRATION = ("Block", "Trial", "nTrans", "naoDecision", "humanDecision", "guessCorr", "falseFeedback")
 _BLOCKS = 3  # of TRIALS trials each, in a calibration
 _ALLOWED = {
@@ -50,7 +50,7 @@ def read_sessions(folder: str | Path) -> list[GazeSession]:
 
 
 def _session(path: Path, subject: str, run: int) -> GazeSession:
-    scored = run != 3
+    scored = run != UNSCORED_RUN
     table = _table(path, _CLOSED if scored else _UNSCORED, TRIALS)
     right = table["guessCorr"] == "1" if scored else None
     if right is not None:

@@ -13,7 +13,7 @@ _RATES = {
     "right": Column("float", "", "share of the guesses that were right"),
 }
 _BAND = {
-    "low": Column("float", "", "lower edge of its 95 % interval, bootstrap over subjects"),
+    "low": Column("float", "", "lower edge of its 95 % interval, bootstrap over subjects; missing below 5"),
     "high": Column("float", "", "upper edge"),
 }
 _BIN = Column("category", "", "bin of sessions by their online balanced accuracy")

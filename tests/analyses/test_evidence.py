@@ -144,12 +144,21 @@ def test_looks_that_are_read_are_those_that_were():
 
 
 def test_a_resampled_person_brings_all_sessions():
-    people = gaze_scores.People(["a", "a", "b", "b"], seed=1)
-    assert people.mean(np.array([0.0, 0.0, 1.0, 1.0])) == (0.0, 1.0)
-    assert people.mean(np.array([0.0, 1.0, 0.0, 1.0])) == (0.5, 0.5)
-    assert people.mean(np.array([3.0, 3.0, 9.0, 9.0]), np.array([True, True, False, False])) == (3.0, 3.0)
-    assert people.count(np.array([True, False, False, False])) == 1
-    assert all(np.isnan(people.mean(np.ones(4), np.zeros(4, bool))))
+    people = gaze_scores.People([name for name in "abcde" for _ in range(2)], seed=1)
+    assert people.mean(np.repeat([0.0, 0.0, 0.0, 0.0, 1.0], 2)) == (0.0, 0.6)
+    assert people.mean(np.tile([0.0, 1.0], 5)) == (0.5, 0.5)
+    assert people.mean(np.repeat([3.0, 9.0], 5), np.arange(10) < 10) != (3.0, 3.0)
+    assert people.count(np.arange(10) < 3) == 2
+    assert all(np.isnan(people.mean(np.ones(10), np.zeros(10, bool))))
+
+
+def test_of_few_people_no_interval_is_known():
+    few, enough = (gaze_scores.People([f"s{i // 3}" for i in range(3 * n)], seed=1) for n in (4, 5))
+    assert all(np.isnan(few.mean(np.linspace(0, 1, 12))))
+    low, high = enough.mean(np.linspace(0, 1, 15))
+    assert low < 0.5 < high
+    # Of all people enough, of those that count too few.
+    assert all(np.isnan(enough.mean(np.linspace(0, 1, 15), np.arange(15) < 12)))
 
 
 def test_guesses_are_as_far_above_chance_as_choices():
@@ -179,7 +188,7 @@ def test_success_above_and_below_a_threshold():
     # None of two people: the exact interval, as drawing among them again and again finds none.
     assert told["below"]["low"] == 0.0
     assert told["below"]["high"] == pytest.approx(1 - 0.025**0.5)
-    assert told["above"]["low"] <= 0.5 <= told["above"]["high"]
+    assert np.isnan([told["above"]["low"], told["above"]["high"]]).all()  # one of two people is no interval
 
 
 def test_the_design_tool_asks_what_the_sweep_asks():
@@ -193,6 +202,26 @@ def test_the_design_tool_asks_what_the_sweep_asks():
     rows = pd.DataFrame(tool.rows()).set_index("accuracy")
     assert tool.guesses(np.array([0.7, 0.8])) == pytest.approx(gaze_predictions.as_guesses(swept["final"]))
     assert rows.loc[80.0, "half_width"] == pytest.approx(4 / 3 * swept["final_half_width"].iloc[1])
+
+
+@pytest.mark.parametrize("subjects", [1, 2])
+def test_few_people_are_told_without_intervals_and_with_what_is_missing(tmp_path, subjects):
+    sessions = gaze_logs.write_study(tmp_path, subjects=subjects)
+    tables, told = evidence(sessions, simulate.Config(evidence_repetitions=5))
+    for one in told["calibration"].values():
+        assert {value[edge] for value in one.values() for edge in ("low", "high")} == {None}
+    missing, few = told["warnings"]
+    assert f"{4 * subjects} of the 64 published closed sessions were found, {3 * subjects} of the 48 with" in missing
+    assert f"missing: s{3 + subjects:02d} corl1" in missing
+    assert few.startswith("1 person with guesses" if subjects == 1 else "2 people with guesses")
+    lines = "\n".join(evidences.evidence(told))
+    assert "bias" in lines
+    assert "(interval not known)" in lines
+    assert "not known to not known" not in lines
+    # One person leaves nobody to fit her partner to.
+    assert ("better in" in lines) == ("gain" in told["partners"]) == (subjects > 1)
+    assert tables["sessions"]["fixed"].isna().all() == (subjects == 1)
+    assert ("from 2" in few) == (subjects == 1)
 
 
 def test_all_of_it_on_simulated_people_is_the_same_again(tmp_path):
