@@ -137,13 +137,12 @@ def draw(found: list[tuple[Study, dict[str, Any], dict[str, Any], list[float]]],
         )
         left.legend(frameon=False, fontsize=8)
         right.hist(chance, bins=np.arange(35, 90, 2.5), color="0.7", label=f"labels shuffled ({len(chance)} copies)")
-        # What stands upright ends below the legend.
-        right.axvline(numbers["bacc"], ymax=0.74, color="#1f66ad", label=f"labels as recorded, p = {numbers['p']:.3f}")
-        right.axvline(50, ymax=0.74, color="0.4", lw=0.6, ls=":")
+        right.axvline(numbers["bacc"], color="#1f66ad", label=f"labels as recorded, p = {numbers['p']:.3f}")
+        right.axvline(50, color="0.4", lw=0.6, ls=":")
         right.set(xlim=(35, 90), xlabel="balanced accuracy (%)", ylabel="copies")
         right.set_title("single trials, rlda", fontsize=10)
-        right.set_ylim(0, 1.35 * right.get_ylim()[1])  # room for the legend
-        right.legend(frameon=False, fontsize=7, loc="upper left")
+        # Below the panel: within it there is no place that neither a bar nor a line may need.
+        right.legend(frameon=False, fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.18))
     figure.savefig(out, dpi=110)
 
 

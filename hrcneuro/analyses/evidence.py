@@ -11,7 +11,8 @@ import pandas as pd
 
 from hrcneuro.analyses import gaze_predictions as foretold
 from hrcneuro.analyses import gaze_scores as scores
-from hrcneuro.learning.gaze import GazeSession
+from hrcneuro.answers.words import counted
+from hrcneuro.learning.gaze import PUBLISHED, UNSCORED_RUN, GazeSession
 from hrcneuro.learning.gaze_partner import surface
 from hrcneuro.learning.params import ADAPTING, FIXED, PARTNERS
 
@@ -37,7 +38,28 @@ def evidence(sessions: Sequence[GazeSession], config: Any) -> tuple[dict[str, pd
     tables["predicted"] = foretold.predicted_rows(rows, predictors, people)
     told |= _held_against(rows, predictors, people, told)
     tables["sessions"] = rows
-    return tables, _plain(told)
+    return tables, _plain(told) | {"warnings": _warnings(sessions, len(tables["subjects"]))}
+
+
+def _warnings(sessions: Sequence[GazeSession], people: int) -> list[str]:
+    """Return what was not there, of the published sessions, and what too few people leave unknown."""
+    found = {(one.subject, one.run) for one in sessions}
+    scored = {pair for pair in PUBLISHED if pair[1] != UNSCORED_RUN}
+    warnings = []
+    if lacking := sorted(PUBLISHED - found):
+        names = [f"{subject} corl{run}" for subject, run in lacking]
+        warnings.append(
+            f"{len(PUBLISHED & found)} of the {len(PUBLISHED)} published closed sessions were found, "
+            f"{len(scored & found)} of the {len(scored)} with guesses: the numbers are of these alone; missing: "
+            f"{', '.join(names[:4])}{' …' if len(names) > 4 else ''}"
+        )
+    if people < scores.LEAST_PEOPLE:
+        warnings.append(
+            f"{counted(people, 'person', 'people')} with guesses: intervals over people are told from "
+            f"{scores.LEAST_PEOPLE} people on"
+            + (", and what the simulated partners foretell from 2, as they are fitted to others" if people < 2 else "")
+        )
+    return warnings
 
 
 def _foretell(
@@ -68,7 +90,7 @@ def _foretell(
         "of": int(reading.known.size),
         "inside": inside,
         "fits": tables["partners"].to_dict("records"),
-        **({"gain": _gain(fitted, config)} if len(fitted) == len(PARTNERS) else {}),
+        **({"gain": _gain(fitted, config)} if len(fitted) == len(PARTNERS) and fitted[0].others else {}),
     }
     return [foretold.DESIGN_TOOL, *(one.kind for one in fitted)]
 

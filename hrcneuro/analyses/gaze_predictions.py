@@ -74,7 +74,7 @@ class FittedPartner:
         kind: ``fixed`` or ``adapting``.
         alike: Fitted to all, one weight for everybody.
         whole: Fitted to all, each with a weight of her own.
-        others: Person -> the same fitted to all others.
+        others: Person -> the same fitted to all others; nobody where there is only one.
         held_out: Person -> log-likelihood of her guesses under that.
     """
 
@@ -88,7 +88,8 @@ class FittedPartner:
 def fit_partner(likely: Surface, kind: str) -> FittedPartner:
     """Return a kind of partner fitted to all people, and to all but each of them."""
     whole = likely.fit(kind)
-    others = {name: likely.without(name).fit(kind, near=whole) for name in likely.people}
+    people = likely.people if len(likely.people) > 1 else ()
+    others = {name: likely.without(name).fit(kind, near=whole) for name in people}
     held_out = {name: likely.of(one)[name] for name, one in others.items()}
     return FittedPartner(kind, likely.fit(kind, alike=True), whole, others, held_out)
 
@@ -107,7 +108,7 @@ def partner_rows(likely: Surface, fitted: Sequence[FittedPartner]) -> pd.DataFra
             for one in fitted
             for people, partner, held_out in (
                 ("alike", one.alike, np.nan),
-                ("differ", one.whole, sum(one.held_out.values())),
+                ("differ", one.whole, sum(one.held_out.values()) if one.held_out else np.nan),
             )
         ]
     )
@@ -125,8 +126,11 @@ def play_sessions(
         config: The options of the stage: seed and evidence_repetitions.
 
     Returns:
-        ndarray, shape (n_sessions,), and the share of logged sessions that lie within 95 % of their simulated ones.
+        ndarray, shape (n_sessions,), and the share of logged sessions that lie within 95 % of their simulated ones;
+        nan where there are no other people.
     """
+    if not fitted.others:
+        return np.full(len(rows), np.nan), float("nan")
     decoders = [DecoderRates(a, b) for a, b in zip(rows["tnr"].fillna(1.0), rows["tpr"].fillna(0.0), strict=True)]
     partners = [fitted.others[name] for name in rows["subject"]]
     ends = _ends(decoders, partners, lengths, config)

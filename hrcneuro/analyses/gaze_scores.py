@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,13 @@ from hrcneuro.learning.gaze_partner import Reading
 EDGES = (0.60, 0.75, 0.85)
 BINS = ("< 0.60", "0.60-0.75", "0.75-0.85", ">= 0.85")
 EARLY = 25  # trials, of which an accuracy is told that shares none with the last ten
+UNSOLVED = -1  # stands for the number of transitions where none explain the policy
+LEAST_PEOPLE = 5  # of fewer, drawing them again and again tells nothing of people
 _DRAWS = 4000
 
 
 class People:
-    """Resamples people, and all sessions of theirs with them.
+    """Resamples people, and all sessions of theirs with them; of fewer than ``LEAST_PEOPLE`` no interval is known.
 
     Args:
         people: Whose each session is.
@@ -32,11 +34,13 @@ class People:
         self._times = rng.multinomial(len(names), np.full(len(names), 1 / len(names)), size=_DRAWS)
 
     def interval(self, statistic: Callable[[np.ndarray], np.ndarray]) -> tuple[float, float]:
-        """Return the 95 % interval of a statistic.
+        """Return the 95 % interval of a statistic; nan, nan of too few people.
 
         Args:
             statistic: Takes how often each session counts, ndarray, shape (n_draws, n_sessions); returns (n_draws,).
         """
+        if self._times.shape[1] < LEAST_PEOPLE:
+            return float("nan"), float("nan")
         with np.errstate(invalid="ignore", divide="ignore"):
             drawn = statistic(self._times[:, self._whose].astype(float))
         kept = drawn[np.isfinite(drawn)]
@@ -51,6 +55,8 @@ class People:
 
     def mean(self, values: np.ndarray, of: np.ndarray | None = None) -> tuple[float, float]:
         """Return the interval of the mean of sessions' values; ``of``: which sessions count, bool."""
+        if of is not None and self.count(of) < LEAST_PEOPLE:
+            return float("nan"), float("nan")
         mask = np.ones(len(values)) if of is None else of.astype(float)
         return self.interval(lambda times: (times * mask) @ values / (times @ mask))
 
@@ -149,7 +155,7 @@ class Replay:
                     "trial": trial + 1,
                     "error": bool(session.error[trial]),
                     "transitions": np.nan if logged is None else logged,
-                    "counted": int(one.least.sum()) if one.solved else -1,
+                    "counted": int(one.least.sum()) if one.solved else UNSOLVED,
                     "rows_one": sum(len(row) == 1 and not any(row[0].truncated) for row in one.rows),
                     "rows_several": sum(len(row) > 1 for row in one.rows),
                     "truncated": one.truncated,
@@ -212,15 +218,18 @@ def replay_summary(trials: pd.DataFrame, by_chance: float) -> dict[str, Any]:
     settled = logged[logged["ways"] == 1]
     differing = logged[~logged["agrees"].astype(bool)]
     rows, several = 4 * len(trials), int(trials["rows_several"].sum())
-    one = int(trials["rows_one"].sum())
+    one, unsolved = int(trials["rows_one"].sum()), int((trials["counted"] == UNSOLVED).sum())
+    replayed = trials.groupby(["subject", "run"], observed=True)["difference"].max()
     return {
+        "sessions": len(replayed),
+        "replayed": int(replayed.notna().sum()),
         "rows": rows,
         "rows_one": one,
         "rows_several": several,
-        "rows_truncated": rows - one - several - 4 * int((trials["counted"] < 0).sum()),
+        "rows_truncated": rows - one - several - 4 * unsolved,
         "trials": len(trials),
         "trials_one": int((trials["rows_one"] == 4).sum()),
-        "unsolved": int((trials["counted"] < 0).sum()),
+        "unsolved": unsolved,
         "logged": len(logged),
         "whole": len(whole),
         "whole_agree": int((whole["counted"] == whole["transitions"]).sum()),
@@ -229,12 +238,12 @@ def replay_summary(trials: pd.DataFrame, by_chance: float) -> dict[str, Any]:
         "settled_paths": int((settled["paths"] == 1).sum()),
         "several_paths": int((logged["paths"] > 1).sum()),
         "paths_by_chance": round(by_chance, 6) if np.isfinite(by_chance) else None,
-        "largest_difference": float(trials["difference"].max()),
-        "disagreeing": [
-            {name: int(row[name]) if name != "subject" else row[name] for name in _NAMED}
-            for row in differing.to_dict("records")
-        ],
+        "largest_difference": float(replayed.max()),  # of the sessions that were
+        "disagreeing": [_named(row) for row in differing.to_dict("records")],
     }
 
 
-_NAMED = ("subject", "run", "trial", "transitions", "counted")
+def _named(row: Mapping[Hashable, Any]) -> dict[str, Any]:
+    """Return a trial whose logged number is impossible; ``counted`` is None where no transitions explain its policy."""
+    told = {name: int(row[name]) for name in ("run", "trial", "transitions", "counted")}
+    return {"subject": row["subject"], **told} | ({"counted": None} if told["counted"] == UNSOLVED else {})

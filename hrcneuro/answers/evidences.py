@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from hrcneuro.answers.words import UNKNOWN, counted, indented, number, percent
@@ -54,13 +54,21 @@ def _replay(one: Summary) -> list[str]:
         f"{one['settled_paths']:,} of {counted(one['settled'], 'trial')} that this number settles are one path of the "
         f"gaze (rows of different trials: {_share(one['paths_by_chance'])})",
     ]
+    of = f"{one['replayed']:,} of {counted(one['sessions'], 'session')}"
     if one["largest_difference"] is not None:
         lines.append(
-            f"policies replayed from them differ from the logged ones by {one['largest_difference']:.1g} at most"
+            f"policies of {of}, replayed from them, differ from the logged ones by {one['largest_difference']:.1g} "
+            "at most"
         )
+    else:
+        lines.append(f"policies of {of} could be replayed")
     for row in one["disagreeing"]:
         where = f"{row['subject']} run {row['run']} trial {row['trial']}"
-        lines.append(f"disagrees: {where}: {row['transitions']} logged, {row['counted']} or more inferred")
+        known = row["counted"] is not None
+        inferred = f"{row['counted']} or more inferred" if known else "no transitions explain its policy"
+        lines.append(f"disagrees: {where}: {row['transitions']} logged, {inferred}")
+    if one["disagreeing"]:
+        lines.append("what people saw in a trial that disagrees counts as not known")
     return lines
 
 
@@ -70,7 +78,7 @@ def _design(summary: Summary) -> list[str]:
         return ["the design tool finds no accuracy that is enough after so many trials"]
     told = [
         f"{name} ({counted(part['sessions'], 'session')} of {counted(part['people'], 'person', 'people')}): "
-        f"{part['well']} ended so, {_share(part['share'])} ({_share(part['low'])} to {_share(part['high'])})"
+        f"{part['well']} ended so, {_share(part['share'])} ({_interval(part, _share)})"
         for name, part in ((name, found[name]) for name in ("above", "below"))
         if part["sessions"]
     ]
@@ -97,8 +105,8 @@ def _partners(one: Summary) -> list[str]:
     if gain := one.get("gain"):
         lines.append(
             f"people who adapt are likelier than fixed ones by {number(gain['value'])} nats, each by what was fitted "
-            f"to the others (95 % over people {number(gain['low'])} to {number(gain['high'])}; better in "
-            f"{gain['better']} of {gain['people']})"
+            f"to the others (95 % over people {_interval(gain, number)}; better in {gain['better']} of "
+            f"{gain['people']})"
         )
     return lines
 
@@ -110,4 +118,11 @@ def _share(value: float | None) -> str:
 def _value(one: Summary) -> str:
     if one["value"] is None:
         return UNKNOWN
-    return f"{number(one['value'], 2)} ({number(one['low'], 2)} to {number(one['high'], 2)})"
+    return f"{number(one['value'], 2)} ({_interval(one, lambda value: number(value, 2))})"
+
+
+def _interval(one: Summary, told: Callable[[float | None], str]) -> str:
+    """Return ``0.40 to 1.49``, or that the interval is not known."""
+    if one["low"] is None:
+        return f"interval {UNKNOWN}"
+    return f"{told(one['low'])} to {told(one['high'])}"

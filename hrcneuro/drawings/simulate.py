@@ -95,7 +95,8 @@ DRAWINGS = Drawings(
             captions={
                 "evidence.png": Caption(
                     "A closed loop with people (Ehrlich & Cheng 2018): right guesses in the last ten of 50 trials by "
-                    "the online decoder's accuracy (a point a session; means with 95 % intervals over people) beside "
+                    "the online decoder's accuracy (a point a session, moved sideways where it would cover another; "
+                    "means with 95 % intervals over people, where there are 5 and more) beside "
                     "what was foretold, as a session goes on, and foretold against seen",
                     "Evidence",
                 ),

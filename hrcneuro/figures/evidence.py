@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,6 +21,7 @@ _PREDICTORS = {
     "adapting": (VERMILION, "D", "the game, adapting partner"),
 }
 _GOAL = CHANCE + (1 - CHANCE) * (2 * LEVEL - 1)  # right guesses of three as far above chance as LEVEL of two
+_BESIDE = 1.0  # percent of accuracy between two points that would cover each other
 # From the worst decoders to the best.
 _BINS = {"< 0.60": GREY, "0.60-0.75": PURPLE, "0.75-0.85": SKY, ">= 0.85": GREEN}
 _SMALL = {"columnspacing": 1.0, "handlelength": 1.4}
@@ -71,25 +73,48 @@ def _over_accuracy(axes: Axes, sessions: pd.DataFrame, predicted: pd.DataFrame, 
         xlim=(min(44.0, x.min() - 2), 101),
     )  # fmt: skip
     _needed(axes, design)
-    axes.plot(x, y + _apart(x, y), "o", color=INK, ms=2.6, alpha=0.45, mew=0, label="a session", clip_on=False)
+    axes.plot(_apart(x, y), y, "o", color=INK, ms=2.6, alpha=0.45, mew=0, label="a session", clip_on=False)
     seen = predicted[(predicted["predictor"] == "eq3-6") & (predicted["bin"] != "all")]
     for row in seen.to_dict("records"):
         of = sessions["bin"] == row["bin"]
         middle = 100 * float(sessions["balanced"][of].mean())
         mean, low, high = (100 * row[name] for name in ("observed", "low", "high"))
         axes.errorbar(
-            middle, mean, yerr=[[max(mean - low, 0)], [max(high - mean, 0)]], fmt="o", color=INK, ms=4.5, lw=1.1,
+            middle, mean, yerr=_whiskers(mean, low, high), fmt="o", color=INK, ms=4.5, lw=1.1,
             capsize=2, zorder=5, label="_" if row["bin"] != seen["bin"].iloc[0] else "sessions, mean",
         )  # fmt: skip
 
 
+def _whiskers(middle: Any, low: Any, high: Any) -> np.ndarray:
+    """Return the lengths of an interval below and above, shape (2, n); nan, not drawn, where it is not known."""
+    lengths = np.array([np.atleast_1d(middle - low), np.atleast_1d(high - middle)], float)
+    return np.maximum(lengths, 0.0)
+
+
 def _apart(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return by how much points are moved up so that those of about the same place can be told apart, in percent."""
-    moved = np.zeros(len(x))
-    for i in np.lexsort((x, y)):
-        near = [j for j in range(len(x)) if j != i and y[j] == y[i] and abs(x[j] - x[i]) < 1.2 and x[j] <= x[i]]
-        moved[i] = 1.8 * (len(near) % 3)
-    return moved
+    """Return where points of equal height are drawn so that none covers another: moved sideways, in percent."""
+    drawn = x.astype(float)
+    for height in np.unique(y):
+        of = np.flatnonzero(y == height)
+        groups: list[list[int]] = []
+        for i in of[np.argsort(x[of], kind="stable")].tolist():
+            groups.append([i])
+            # A group that has grown may have come up to the one before.
+            while len(groups) > 1 and _places(x, groups[-1])[0] - _places(x, groups[-2])[-1] < _BESIDE:
+                last = groups.pop()
+                groups[-1] += last
+        for group in groups:
+            drawn[group] = _places(x, group)
+    return drawn
+
+
+def _places(x: np.ndarray, group: list[int]) -> np.ndarray:
+    """Return the places of points side by side about their mean, none beyond 0 or 100 %; a single one stays."""
+    if len(group) == 1:
+        return np.asarray(x[group], float)
+    width = _BESIDE * (len(group) - 1)
+    first = np.clip(x[group].mean() - width / 2, 0.0, max(100.0 - width, 0.0))
+    return np.asarray(first + _BESIDE * np.arange(len(group)))
 
 
 def _needed(axes: Axes, design: pd.DataFrame) -> None:
@@ -138,7 +163,7 @@ def _calibration(axes: Axes, predicted: pd.DataFrame) -> None:
         own = own.sort_values("predicted")
         x, y, low, high = (100 * own[c].to_numpy() for c in ("predicted", "observed", "low", "high"))
         axes.errorbar(
-            x, y, yerr=[np.maximum(y - low, 0), np.maximum(high - y, 0)], fmt=marker, color=colour, ms=3.5, lw=0.8,
+            x, y, yerr=_whiskers(y, low, high), fmt=marker, color=colour, ms=3.5, lw=0.8,
             capsize=1.5, label=label,
         )  # fmt: skip
     axes.set(xlabel="foretold, last ten (%)", ylabel="seen, last ten (%)", xlim=(25, 102), ylim=(-4, 104))

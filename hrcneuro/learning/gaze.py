@@ -22,6 +22,9 @@ EDGE = 1e-12  # so near to 0 or 1 a sum of tenths is taken for it: which side it
 FLOOR = 1e-4  # what a probability becomes that a trial would bring to 0 or below; 1 - FLOOR where to 1 or above
 TRIALS = 50
 TAIL = 10  # trials at either end of a session over which right guesses are counted
+UNSCORED_RUN = 3  # whose logs hold no guesses; why is not documented
+PUBLISHED = frozenset((f"s{subject:02d}", run) for subject in range(3, 19) for run in range(1, 5))
+"""Subject and run of the closed sessions that were published."""
 SUCCESS = 8  # right guesses of the last ten: the fewest that are as far above chance as 80 % right choices of two
 
 

@@ -45,27 +45,67 @@ def row_solutions(before: np.ndarray, after: np.ndarray, *, error: bool) -> list
         before, after: ndarray, shape (4,): the row of the policy before and after the trial.
         error: Whether an error was decoded.
     """
+    return _solutions(before[None], after[None], error=error)[0]
+
+
+def follows(before: np.ndarray, after: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return whether any transitions lead from each trial's policy before it to the one after it, bool, (n_trials,).
+
+    Args:
+        before, after: ndarray, shape (n_trials, 4, 4).
+        error: ndarray, shape (n_trials,), bool: whether an error was decoded.
+    """
+    found = np.zeros(len(error), bool)
+    for wrong in (False, True):
+        of = error == wrong
+        solved, _, _ = _tried(before[of].reshape(-1, STATES), after[of].reshape(-1, STATES), error=wrong)
+        found[of] = solved.any(axis=1).reshape(-1, STATES).all(axis=1)
+    return found
+
+
+def _solutions(before: np.ndarray, after: np.ndarray, *, error: bool) -> list[list[RowCounts]]:
+    """Return the solutions of each of several rows, shape (n_rows, 4)."""
+    sign, edge = (-1.0, 0.0) if error else (1.0, 1.0)
+    solved, nearest, truncated = _tried(before, after, error=error)
+    least = np.maximum(np.ceil(sign * (edge - before) / STEP - _WHOLE), 1).astype(int)
+    rows = []
+    for row, tried in enumerate(solved):
+        found = {
+            RowCounts(tuple(np.where(cut, least[row], n).tolist()), tuple(cut.tolist()))
+            for n, cut in zip(nearest[row, tried], truncated[row, tried], strict=True)
+        }
+        rows.append(sorted(found, key=lambda one: (sum(one.truncated), sum(one.least), one.least)))
+    return rows
+
+
+def _tried(before: np.ndarray, after: np.ndarray, *, error: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return, for each row and each sum that it may have had, whether it is a solution; its counts; which were cut.
+
+    Args:
+        before, after: ndarray, shape (n_rows, 4).
+        error: Whether an error was decoded.
+
+    Returns:
+        ndarrays of shapes (n_rows, n_sums), (n_rows, n_sums, 4) and (n_rows, n_sums, 4).
+    """
     sign = -1.0 if error else 1.0
     bound = FLOOR if error else 1.0 - FLOOR
     edge = 0.0 if error else 1.0
-    least_truncated = np.maximum(np.ceil(sign * (edge - before) / STEP - _WHOLE), 1).astype(int)
     sums = 1.0 + sign * STEP * np.arange(MOST + 1)
     sums = sums[sums > 0.5 * FLOOR]
-    scales = np.concatenate([sums, bound / after[after > 0.0]])
-    scaled = scales[:, None] * after
-    counts = sign * (scaled - before) / STEP
+    # A sum of 0 stands where a probability of 0 gives none; no row is solved by it.
+    of_bound = np.divide(bound, after, out=np.zeros(after.shape), where=after > 0.0)
+    scales = np.concatenate([np.broadcast_to(sums, (len(after), len(sums))), of_bound], axis=1)
+    scaled = scales[..., None] * after[:, None]
+    counts = sign * (scaled - before[:, None]) / STEP
     nearest = np.rint(counts).astype(int)
     at_bound = np.abs(scaled - bound) <= _SAME * bound
     inside = (nearest == 0) | (sign * (edge - scaled) > EDGE)
     whole = (np.abs(counts - nearest) < _WHOLE) & (nearest >= 0) & inside
-    free = np.arange(len(scales)) < len(sums)
+    free = np.arange(scales.shape[1]) < len(sums)
     truncated = ~whole & at_bound & ~free[:, None]
-    solved = (whole | truncated).all(axis=1) & (truncated.any(axis=1) != free)
-    found = {
-        RowCounts(tuple(np.where(cut, least_truncated, n).tolist()), tuple(cut.tolist()))
-        for n, cut in zip(nearest[solved], truncated[solved], strict=True)
-    }
-    return sorted(found, key=lambda one: (sum(one.truncated), sum(one.least), one.least))
+    solved = (whole | truncated).all(axis=2) & (truncated.any(axis=2) != free)
+    return solved, nearest, truncated
 
 
 @dataclass(frozen=True)
@@ -139,8 +179,7 @@ def _sums(exact: set[int], least: int | None, row: tuple[RowCounts, ...]) -> tup
 
 def trial_counts(before: np.ndarray, after: np.ndarray, *, error: bool) -> TrialCounts:
     """Return what two successive policies, shape (4, 4) each, say of the transitions between them."""
-    pairs = zip(before, after, strict=True)
-    return TrialCounts(tuple(tuple(row_solutions(old, new, error=error)) for old, new in pairs))
+    return TrialCounts(tuple(tuple(row) for row in _solutions(before, after, error=error)))
 
 
 def _ways(missing: int, among: int) -> int:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from hrcneuro.errors import DataError
-from hrcneuro.learning.gaze import STATES, TRIALS, GazeSession
+from hrcneuro.learning.gaze import STATES, TRIALS, UNSCORED_RUN, GazeSession
+from hrcneuro.learning.gaze_counts import follows
 from hrcneuro.sources import gaze_layout
 from hrcneuro.sources.pointers import refuse_pointer
 
@@ -17,7 +18,7 @@ POLICY = tuple(f"x{i}{j}" for i in range(STATES) for j in range(STATES))
 """p(next state j | state i) after the trial, row by row; the logs have these columns in another order."""
 _OBJECTS = ("left", "middle", "right")
 _CLOSED = ("Trial", "nTrans", "naoDecision", "humanDecision", "guessCorr", "errpDetector")
-_UNSCORED = ("Trial", "naoDecision", "errpDetector")  # corl3; why is not documented
+_UNSCORED = ("Trial", "naoDecision", "errpDetector")
 _CALIBRATION = ("Block", "Trial", "nTrans", "naoDecision", "humanDecision", "guessCorr", "falseFeedback")
 _BLOCKS = 3  # of TRIALS trials each, in a calibration
 _ALLOWED = {
@@ -35,7 +36,8 @@ def read_sessions(folder: str | Path) -> list[GazeSession]:
 
     Raises:
         DataError: The folder holds none (:func:`hrcneuro.sources.gaze_layout.log_files`), or a log is not as published:
-            its columns, its number of trials, a word, or a policy that is none.
+            its columns, its number of trials, a word, a policy that is none, or one that no gaze transitions make of
+            the policy before it by what the decoder said.
     """
     sessions = []
     for label, path in gaze_layout.log_files(folder).items():
@@ -48,19 +50,37 @@ def read_sessions(folder: str | Path) -> list[GazeSession]:
 
 
 def _session(path: Path, subject: str, run: int) -> GazeSession:
-    scored = run != 3
+    scored = run != UNSCORED_RUN
     table = _table(path, _CLOSED if scored else _UNSCORED, TRIALS)
     right = table["guessCorr"] == "1" if scored else None
     if right is not None:
         same = table["naoDecision"] == table["humanDecision"]
         _refuse(path, "guessCorr", same == right, table["guessCorr"], "1 where both decisions are the same, else 0")
-    return GazeSession(
+    session = GazeSession(
         subject=subject,
         run=run,
         error=table["errpDetector"] == "ERROR",
         policies=_policies(path, table),
         right=right,
         transitions=table["nTrans"].astype(int) if scored else None,
+    )
+    _refuse_altered(path, session)
+    return session
+
+
+def _refuse_altered(path: Path, session: GazeSession) -> None:
+    """Refuse a session whose learner cannot be followed from trial to trial, as that of every published log can."""
+    followed = follows(session.before, session.policies, session.error)
+    if followed.all():
+        return
+    at = int(np.flatnonzero(~followed)[0])
+    said, other = ("ERROR", "noError") if session.error[at] else ("noError", "ERROR")
+    alike = f"{int((~followed).sum())} of {len(followed)} rows are so"
+    turned = follows(session.before[[at]], session.policies[[at]], ~session.error[[at]])[0]
+    raise DataError(
+        f"{path.name}, row {at + 1}: errpDetector is {said!r}, but no gaze transitions make its policy of the one "
+        f"before{f'; with {other!r} they would' * bool(turned)}; {alike}; allowed: none, as in every published log",
+        cure=f"copy it again from {gaze_layout.REPOSITORY}; a log that was edited is no evidence",
     )
 
 

@@ -13,7 +13,7 @@ _RATES = {
     "right": Column("float", "", "share of the guesses that were right"),
 }
 _BAND = {
-    "low": Column("float", "", "lower edge of its 95 % interval, bootstrap over subjects"),
+    "low": Column("float", "", "lower edge of its 95 % interval, bootstrap over subjects; missing below 5"),
     "high": Column("float", "", "upper edge"),
 }
 _BIN = Column("category", "", "bin of sessions by their online balanced accuracy")
@@ -57,7 +57,11 @@ TRIALS = Table(
         "trial": Column("int", "", "counted from 1"),
         "error": Column("bool", "", "the decoder said ERROR"),
         "transitions": Column("float", "", "gaze transitions as logged; missing in run 3"),
-        "counted": Column("int", "", "transitions inferred from the policies; a truncated count enters with its least"),
+        "counted": Column(
+            "int",
+            "",
+            "transitions inferred from the policies, a truncated count with its least; -1 where none explain them",
+        ),
         "rows_one": Column("int", "", "rows of the policy with exactly one solution, none of its counts truncated"),
         "rows_several": Column("int", "", "rows with several solutions"),
         "truncated": Column("int", "", "counts of which only the least is known, as their probability was truncated"),

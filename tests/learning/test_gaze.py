@@ -75,6 +75,23 @@ def test_a_whole_session_is_replayed_to_the_last_digit_of_its_log():
     assert len(whole.matrices(int(whole.least.sum()) + 1)) == 0
 
 
+def test_trials_follow_where_each_of_their_rows_has_a_solution():
+    one, _ = gaze_logs.session("s03", 1, seed=6)
+    found = [
+        gaze_counts.trial_counts(before, after, error=bool(wrong)).solved
+        for before, after, wrong in zip(one.before, one.policies, one.error, strict=True)
+    ]
+    assert all(found)
+    assert gaze_counts.follows(one.before, one.policies, one.error).tolist() == found
+    said = one.error.copy()
+    said[[3, 17]] ^= True
+    assert np.flatnonzero(~gaze_counts.follows(one.before, one.policies, said)).tolist() == [3, 17]
+    # A probability of 0 has no sum that its truncation would give.
+    gone = one.policies.copy()
+    gone[10, 1] = (0.0, 0.5, 0.25, 0.25)
+    assert not gaze_counts.follows(one.before, gone, one.error)[10]
+
+
 def test_a_policy_that_no_counts_explain_has_no_solution():
     before = gaze.uniform()[0]
     assert gaze_counts.row_solutions(before, np.array([0.26, 0.25, 0.25, 0.24]), error=False) == []

@@ -100,6 +100,18 @@ def test_a_log_that_was_cut_off_is_refused_before_anything_runs(hrcneuro, tmp_pa
     assert not list(tmp_path.glob("work/cache/simulate/*"))
 
 
+def test_a_log_whose_decoder_was_altered_is_refused_before_anything_runs(hrcneuro, tmp_path):
+    one, _ = gaze_logs.session("s03", 1, seed=0)
+    one.error[[4, 8, 19, 29, 40]] ^= True
+    gaze_logs.write_log(tmp_path, one)
+    done = hrcneuro("simulate", "--evidence", tmp_path, *SMALL, "--workdir", tmp_path / "work")
+    assert done.code == 3
+    assert "s03_corl1_log, row 5: errpDetector is" in done.err
+    assert "5 of 50 rows are so" in done.err
+    assert "cure: copy it again from" in done.err
+    assert not list(tmp_path.glob("work/cache/simulate/*"))
+
+
 def test_a_partner_that_nobody_knows_is_a_mistake(hrcneuro, tmp_path):
     for value, said in (("['fixd']", "did you mean 'fixed'"), ("[]", "one or both of fixed, adapting")):
         given = ("--set", f"simulate.evidence_partners={value}", "--workdir", tmp_path, "--dry-run")

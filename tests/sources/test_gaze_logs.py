@@ -107,6 +107,47 @@ def test_a_row_that_does_not_sum_to_one_and_a_guess_that_contradicts_are_refused
         read_sessions(folder)
 
 
+TURNED = {"ERROR": "noError", "noError": "ERROR"}
+
+
+def _turn(path, rows):
+    lines = [line.split("\t") for line in path.read_text().splitlines()]
+    at = lines[0].index("errpDetector")
+    for row in rows:
+        lines[row][at] = TURNED[lines[row][at]]
+    path.write_text("\n".join("\t".join(line) for line in lines) + "\n")
+
+
+@pytest.mark.parametrize("run", [1, 3])
+def test_what_the_decoder_said_cannot_be_altered(tmp_path, run):
+    made, _ = gaze_logs.session("s03", run, seed=1)
+    path = gaze_logs.write_log(tmp_path, made)
+    # Where runs are read, one with guesses must be there.
+    gaze_logs.write_log(tmp_path, gaze_logs.session("s04", 1, seed=2)[0])
+    _turn(path, (5, 9, 20, 30, 41))
+    said = "ERROR" if not made.error[4] else "noError"
+    with pytest.raises(DataError) as caught:
+        read_sessions(tmp_path)
+    assert f"s03_corl{run}_log, row 5: errpDetector is '{said}'" in caught.value.problem
+    assert f"with '{TURNED[said]}' they would; 5 of 50 rows are so; allowed: none" in caught.value.problem
+    assert "a log that was edited is no evidence" in caught.value.cure
+    _turn(path, (5, 9, 20, 30, 41))
+    assert len(read_sessions(tmp_path)) == 2
+
+
+def test_a_policy_cannot_be_altered_though_its_rows_sum_to_one(one):
+    folder, path = one
+    lines = [line.split("\t") for line in path.read_text().splitlines()]
+    columns = [lines[0].index(f"x2{j}") for j in range(4)]
+    row = np.array([float(lines[6][i]) for i in columns])
+    row[[row.argmax(), row.argmin()]] += (-0.001, 0.001)
+    for i, value in zip(columns, row, strict=True):
+        lines[6][i] = f"{value:.12g}"
+    path.write_text("\n".join("\t".join(line) for line in lines) + "\n")
+    with pytest.raises(DataError, match=r"row 6: .*no gaze transitions make its policy of the one before; 2 of 50"):
+        read_sessions(folder)
+
+
 def test_another_study_is_named_as_such(tmp_path):
     (tmp_path / "s01").mkdir()
     (tmp_path / "s01" / "subject01.csv").write_text("Scenario,Block\n")
