@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import functools
 import logging
 import os
@@ -165,17 +166,24 @@ def _tell(job: Job, text: str) -> None:
 
 
 def _disk(error: OSError, job: Job) -> Exception:
-    import errno
-
     of_the_disk = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
     return explain_os_error(error, job.root) if error.errno in of_the_disk else error
 
 
+def of_memory(error: BaseException) -> bool:
+    """Return whether an error says that memory ran out: Python's own, the system's, or that of loading a library."""
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return True
+    # The loader has no number for it, and numpy and scipy put their own words around its.
+    words = ("failed to map segment", "cannot allocate memory")
+    return isinstance(error, ImportError) and any(one in str(error).lower() for one in words)
+
+
 def _unexpected(job: Job, error: Exception) -> HrcError:
+    if of_memory(error):
+        return StageError(f"{job.task} ran out of memory", cure="use fewer workers: -j 1")
     if (known := of_the_system(error)) is not None:
         return known
-    if isinstance(error, MemoryError):
-        return StageError(f"{job.task} ran out of memory", cure="use fewer workers: -j 1")
     if job.task.draws:
         return StageError(
             f"the pictures of {job.task.subject}, {job.task.unit}, failed: {type(error).__name__}: {error}",

@@ -1,9 +1,12 @@
 """A process that computes jobs keeps the memory that it frees: it asks the system for no page twice."""
 
+import errno
 import subprocess
 import sys
 
 import pytest
+
+from hrcneuro.pipeline.job import of_memory
 
 PAGES_OF_A_SECOND_ARRAY = """
 import resource
@@ -37,3 +40,20 @@ def test_what_was_freed_is_used_again_but_for_large_blocks_that_grow():
     assert pages < 16
     for otherwise in ("None", "keep_memory(growing=True)", "keep_memory() and keep_memory(growing=True)"):
         assert second_array(otherwise)[1] >= 16
+
+
+@pytest.mark.parametrize(
+    ("error", "of"),
+    [
+        (MemoryError(), True),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
+        # As the loader says it where an address space is full, and numpy around it.
+        (ImportError("libscipy_openblas64_.so: failed to map segment from shared object"), True),
+        (ImportError("Importing the numpy C-extensions failed.\nOriginal error: x.so: Cannot allocate memory"), True),
+        (ImportError("No module named 'numpy'"), False),
+        (OSError(errno.ENOSPC, "No space left on device"), False),
+        (ValueError("cannot allocate memory"), False),
+    ],
+)
+def test_what_says_that_memory_ran_out(error, of):
+    assert of_memory(error) is of
