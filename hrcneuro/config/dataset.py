@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError, DataError, HrcError
-from hrcneuro.sources import bids_layout
+from hrcneuro.sources import bids_events, bids_layout
 from hrcneuro.sources.layout import foreign_files
 
 # With more conditions than this, which of them are to be compared is for the study to say.
@@ -59,14 +60,18 @@ def refuse(settings: Any, subjects: Iterable[str]) -> None:
         DataError, ConfigError: With all that is found, a line a subject.
     """
     found: dict[str, HrcError] = {}
+    tables: dict[str, list[Path]] = {}
     for subject in subjects:
         options = settings.section("acquire", subject)
         try:
             if options.source == "bids":
-                foreign_files(options, subject)
+                files = foreign_files(options, subject)
+                if not options.event_column:
+                    tables[subject] = bids_layout.events_of(files)
         except HrcError as error:
             found[subject] = error
     if not found:
+        _refuse_two_columns(tables)
         return
     first = next(iter(found.values()))
     kind = ConfigError if all(isinstance(error, ConfigError) for error in found.values()) else DataError
@@ -74,3 +79,22 @@ def refuse(settings: Any, subjects: Iterable[str]) -> None:
     for subject, one in found.items():
         alike.setdefault(one.problem, []).append(subject)
     raise kind("\n  ".join(f"{', '.join(ones)}: {problem}" for problem, ones in alike.items()), cure=first.cure)
+
+
+def _refuse_two_columns(tables: Mapping[str, Sequence[Path]]) -> None:
+    """Refuse subjects whose events are named by different columns, where nobody has said so.
+
+    Args:
+        tables: Subject -> its tables of events.
+    """
+    columns = {subject: bids_events.naming_column(ones) for subject, ones in tables.items()}
+    first = next(iter(columns), "")
+    other = next((subject for subject, column in columns.items() if column != columns[first]), "")
+    if not other:
+        return
+    raise ConfigError(
+        f"{first} names its events by {columns[first]} ({tables[first][0].name}), {other} by {columns[other]} "
+        f"({tables[other][0].name}): trials of one kind would have two names",
+        cure="say which column names them, acquire.event_column = 'COLUMN'; where one subject's differs and is meant, "
+        f"[acquire.subjects.{other}] event_column = '{columns[other]}'",
+    )

@@ -5,15 +5,16 @@ No numeric library: every plan asks this, so that whatever a data set lacks is k
 
 from __future__ import annotations
 
-import csv
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.bids_events import naming_column
+from hrcneuro.sources.bids_tables import NO_WORD, Row, read_rows
 from hrcneuro.sources.formats.announced import announced_channels
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.named import find_path
@@ -24,13 +25,10 @@ from hrcneuro.sources.units import voltage_unit
 
 FORMATS = (".vhdr", ".edf", ".bdf", ".set")
 """What BIDS allows of EEG."""
-NO_WORD = ("", "n/a")
-"""Cells of a table, in small letters, that say nothing."""
 _NUMBER = re.compile(r"\d+(\.\d*)?")
 _ORDER = ("ses", "task", "run", "split")
 """What of a recording's name tells it from the subject's others, and in which order they are joined."""
 _VOLTAGES = ("eeg", "eog", "ecg", "emg")
-Row = dict[str, str]
 
 
 def root_of(path: str) -> Path:
@@ -86,7 +84,13 @@ def is_ours(root: Path) -> bool:
 
 
 def files(
-    path: str, subject: str, *, tasks: Sequence[str] = (), sessions: Sequence[str] = (), runs: Sequence[str] = ()
+    path: str,
+    subject: str,
+    *,
+    tasks: Sequence[str] = (),
+    sessions: Sequence[str] = (),
+    runs: Sequence[str] = (),
+    event_column: str = "",
 ) -> dict[str, Path]:
     """Return label -> file of a subject: recordings in the order of sessions and runs, their companions and tables.
 
@@ -97,10 +101,12 @@ def files(
         path: Root of the data set.
         subject: Its label, without ``sub-``.
         tasks, sessions, runs: Labels of those to take; none named: all, but several tasks are refused.
+        event_column: Column of the events that names them; empty: trial_type, else value.
 
     Raises:
-        ConfigError: A task, session or run is not there, or it is not said which of several tasks is meant.
-        DataError: There is no such subject, a recording has no events, or recordings do not go together.
+        ConfigError: A task, session or run is not there, or it is not said which of several tasks is meant, or which
+            column names all events.
+        DataError: There is no such subject, recordings have no events, or do not go together.
     """
     root = root_of(path)
     found = _chosen(root, subject, {"task": tasks, "ses": sessions, "run": runs})
@@ -132,7 +138,13 @@ def files(
         _refuse_unequal([(one, rows) for one in bare if (rows := _announced(one))])
     for file in out.values():
         refuse_broken_link(file)
+    naming_column(events_of(out), event_column)
     return out
+
+
+def events_of(files: Mapping[str, Path]) -> list[Path]:
+    """Return the tables of events among a subject's files, one for each recording."""
+    return [path for label, path in files.items() if re.fullmatch(r"events( \d+)?", label)]
 
 
 def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path | None:
@@ -153,21 +165,6 @@ def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path
 def _entities(table: Path, kind: str) -> set[str]:
     parts = table.name.partition(".")[0].removesuffix(kind).split("_")
     return {one for one in parts if one and not one.startswith("space-")}
-
-
-def read_rows(table: Path) -> list[Row]:
-    """Return the rows of a table of BIDS.
-
-    Raises:
-        DataError: A row has more cells than there are columns, or the table has none.
-    """
-    with table.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        header, *lines = list(csv.reader(file, delimiter="\t")) or [[]]
-    lines = [line for line in lines if line]
-    if not header or any(len(line) > len(header) for line in lines):
-        raise DataError(f"{table.name} is no table with tabs between its columns", cure="write it as BIDS has it")
-    rest = ["n/a"] * len(header)
-    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]
 
 
 def _json(path: Path) -> dict[str, Any]:

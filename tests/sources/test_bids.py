@@ -13,7 +13,7 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
-from hrcneuro.sources import bids_layout, foreign
+from hrcneuro.sources import bids_events, bids_layout, foreign
 from hrcneuro.sources.formats.announced import announced_channels
 from hrcneuro.stages import acquire
 
@@ -73,6 +73,80 @@ def test_events_are_named_by_the_column_that_the_study_names(root):
     table(beside(root, "events"), ["onset", "duration", "stim"], [(1, 0, "a")])
     with pytest.raises(ConfigError, match="neither trial_type nor value"):
         run(root)
+
+
+def two_sessions(root, one, two):
+    """Write a subject's events of two sessions; rows are (onset, trial_type, value), and None leaves a column out."""
+    tables = []
+    for session, rows in (("1", one), ("2", two)):
+        name = f"sub-01_ses-{session}_task-odd"
+        path = recording(root, name, seconds=12)
+        there = [i for i in range(3) if not rows or rows[0][i] is not None]
+        columns = ["onset", "trial_type", "value"]
+        cells = [[row[i] for i in there] for row in rows]
+        tables.append(table(path.with_name(f"{name}_events.tsv"), [columns[i] for i in there], cells))
+    return tables
+
+
+WORDS = [(1, "target", 7), (2, "standard", 8), (3, "target", 7)]
+CODES = [(at, None, value) for at, _, value in WORDS]
+SILENT = [(at, "n/a", value) for at, _, value in WORDS]
+
+
+@pytest.mark.parametrize("other", [CODES, SILENT])
+def test_one_column_names_the_events_of_all_recordings_of_a_subject(tmp_path, other):
+    for number, pair in enumerate([(WORDS, other), (other, WORDS)]):
+        root = tmp_path / str(number) / "data"
+        tables = two_sessions(root, *pair)
+        with pytest.raises(ConfigError, match="trial_type") as caught:
+            bids_layout.files(str(root), "01")
+        assert tables[pair.index(other)].name in caught.value.problem
+        assert "acquire.event_column = 'value'" in caught.value.cure
+        summary, _, _ = run(root, event_column="value")
+        assert summary["events"] == {"7": 4, "8": 2}
+
+
+def test_where_no_column_names_all_events_the_cure_says_what_is_lacking(tmp_path):
+    words = [(at, word, None) for at, word, _ in WORDS]
+    first, _ = two_sessions(tmp_path / "data", words, CODES)
+    with pytest.raises(ConfigError, match=r"by trial_type, .* by value") as caught:
+        bids_layout.files(str(tmp_path / "data"), "01")
+    assert f"but {first.name} has no words there" in caught.value.cure
+    assert "acquire.sessions" in caught.value.cure
+    assert bids_layout.files(str(tmp_path / "data"), "01", sessions=("2",))
+
+
+def test_a_recording_without_events_or_whose_column_was_chosen_may_be_silent(tmp_path):
+    two_sessions(tmp_path / "data", WORDS, [])
+    assert run(tmp_path / "data")[0]["events"] == {"standard": 1, "target": 2}
+    two_sessions(tmp_path / "data", WORDS, SILENT)
+    assert run(tmp_path / "data", event_column="trial_type")[0]["events"] == {"standard": 1, "target": 2}
+
+
+def test_a_silent_column_is_answered_with_the_one_that_speaks(root):
+    table(beside(root, "events"), ["onset", "trial_type", "value"], SILENT)
+    for given in ({}, {"event_column": "trial_type"}):
+        with pytest.raises(ConfigError, match="trial_type names none of its 3 rows, and value does") as caught:
+            bids_layout.files(str(root), "01", **given)
+        assert caught.value.cure.endswith("acquire.event_column = 'value'")
+    table(beside(root, "events"), ["onset", "trial_type", "value"], [(1, "n/a", "n/a"), ("n/a", "go", 1)])
+    with pytest.raises(DataError, match="holds no events that have an onset and a name"):
+        bids_layout.files(str(root), "01")
+    table(beside(root, "events"), ["Onset", "trial_type"], [(1, "go")])
+    with pytest.raises(DataError, match=r"no column 'onset' \(did you mean 'Onset'"):
+        bids_layout.files(str(root), "01")
+
+
+def test_a_table_of_events_is_read_anew_only_where_it_has_changed(root, monkeypatch):
+    path, read = beside(root, "events"), []
+    true = bids_events.cells_of
+    monkeypatch.setattr(bids_events, "cells_of", lambda one: read.append(one) or true(one))
+    for _ in range(3):
+        bids_layout.files(str(root), "01")
+    assert len(read) <= 1
+    path.write_text(path.read_text().replace("onset", "start"))
+    with pytest.raises(DataError, match="no column 'onset'"):
+        bids_layout.files(str(root), "01")
 
 
 def test_bad_stretches_breaks_rows_without_a_word_and_rows_outside(root):
