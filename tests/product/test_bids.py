@@ -161,6 +161,19 @@ def test_subjects_whose_events_are_named_by_different_columns_are_told_before_an
     assert hrcneuro("run", *given, cwd=oddball).code == 0
 
 
+def test_a_listed_subject_without_eeg_is_named_wherever_recordings_are_asked_for(hrcneuro, oddball):
+    listed = "\n".join(["participant_id", "sub-01", "sub-04", "sub-02", "sub-03"])
+    (oddball / "data" / "participants.tsv").write_text(f"{listed}\n")
+    said = "participants.tsv lists subjects that have no EEG here and are left out: 04"
+    for command in (("run", "--dry-run"), ("config", "check")):
+        done = hrcneuro(*command, cwd=oddball)
+        assert done.code == 0, done.err
+        assert said in done.out + done.err
+    given = ("--set", 'study.subjects=["01", "02"]')
+    done = hrcneuro("run", "--dry-run", *given, cwd=oddball)
+    assert said not in done.out + done.err
+
+
 def swapped(home, old, new):
     path = next(home.glob("*_channels.tsv"))
     path.write_text(path.read_text().replace(old, new))
@@ -170,6 +183,10 @@ def test_a_root_that_is_none_is_told_and_a_folder_as_a_file_is_answered_with_the
     done = hrcneuro("run", "--set", "acquire.path=nowhere", cwd=oddball)
     assert done.code == 3
     assert "nowhere does not exist" in done.err
+    done = hrcneuro("run", "--set", "acquire.path=data/sub-01/ses-1/eeg", cwd=oddball)
+    assert done.code == 3
+    assert "holds no subject" in done.err
+    assert f"acquire.path = '{oddball / 'data'}'" in done.err
     text = OWN.replace('"bids"', '"file"') + '[study]\nsubjects = ["01"]\nexclude = []\nsplit = ""\n'
     (oddball / "hrcneuro.toml").write_text(f"contrasts = {{}}\nproblems = {{}}\n{text}")
     done = hrcneuro("acquire", "--no-figures", cwd=oddball)

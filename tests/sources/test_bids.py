@@ -261,6 +261,15 @@ def test_subjects_are_those_that_have_eeg_in_the_order_of_participants(tmp_path)
     assert bids_layout.subjects(root) == ("b", "9", "10")
     table(root / "participants.tsv", ["participant_id"], [("sub-10",), ("sub-77",), ("sub-b",)])
     assert bids_layout.subjects(root) == ("10", "b", "9")
+    assert bids_layout.without_eeg(root, bids_layout.subjects(root)) == ["77"]
+
+
+def test_a_data_set_without_eeg_says_what_was_looked_for(tmp_path):
+    for name in ("01", "02"):
+        (tmp_path / f"sub-{name}" / "anat").mkdir(parents=True)
+    with pytest.raises(DataError, match=r"holds 2 subjects, none with EEG .sub-…/eeg/…_eeg\.vhdr") as caught:
+        bids_layout.subjects(bids_layout.root_of(str(tmp_path)))
+    assert caught.value.cure
 
 
 @pytest.mark.parametrize(
@@ -358,15 +367,40 @@ def test_two_versions_of_one_recording_are_not_joined(tmp_path):
     assert caught.value.cure
 
 
-def test_a_unit_that_is_not_used_is_told(root):
-    rows = [(name, "furlong") for name in NAMES]
-    table(beside(root, "channels"), ["name", "units"], rows)
-    assert any("'furlong' of" in note and "not used" in note for note in run(root)[0]["notes"])
+@pytest.mark.parametrize("unit", ["%", "°C", "kΩ", "fT", "m/s^2", "a.u."])
+def test_a_unit_of_another_quantity_is_told_and_not_used(root, unit):
+    table(beside(root, "channels"), ["name", "units"], [(name, unit) for name in NAMES])
+    assert any(f"{unit!r} of" in note and "not used" in note for note in run(root)[0]["notes"])
+
+
+@pytest.mark.parametrize(("columns", "cells"), [(["name", "units"], []), (["name", "units", "type"], ["n/a"]),
+                                                (["name", "units", "type"], ["VIBES"])])  # fmt: skip
+def test_a_unit_that_nobody_knows_is_refused_where_the_type_may_be_eeg(root, columns, cells):
+    rows = [(name, "furlong" if name == "Pz" else "µV", *cells) for name in NAMES]
+    table(beside(root, "channels"), columns, rows)
+    kind = "no type" if cells in ([], ["n/a"]) else "type 'VIBES'"
+    with pytest.raises(DataError, match=f"gives channel Pz of {kind} the unit 'furlong', which is not known") as caught:
+        bids_layout.files(str(root), "01")
+    assert "MISC" in caught.value.cure
+
+
+@pytest.mark.parametrize("kind", ["MISC", "OTHER", "TRIG"])
+def test_the_unit_of_a_channel_that_is_no_voltage_is_its_own_affair(root, kind):
+    rows = [(name, *(("furlong", kind) if name == "Pz" else ("µV", "EEG"))) for name in NAMES]
+    table(beside(root, "channels"), ["name", "units", "type"], rows)
+    assert bids_layout.files(str(root), "01")
 
 
 def test_a_root_that_is_none_and_a_subject_that_is_not_there(root):
     with pytest.raises(DataError, match="holds no subject") as caught:
         bids_layout.root_of(str(root / "sub-01"))
+    assert str(root) in caught.value.cure
+    # The names of recordings begin with sub-, too.
+    with pytest.raises(DataError, match="holds no subject") as caught:
+        bids_layout.root_of(str(root / "sub-01" / "eeg"))
+    assert str(root) in caught.value.cure
+    with pytest.raises(DataError, match="holds no subject") as caught:
+        bids_layout.root_of(str(root.parent))
     assert str(root) in caught.value.cure
     with pytest.raises(DataError, match=r"has no EEG of '1'.* subjects with EEG: 01"):
         bids_layout.files(str(root), "1")
