@@ -122,7 +122,7 @@ def bring(
     tasks = _graph(options, settings, wanted, joint=joint)
     dataset.refuse(settings, dict.fromkeys(task.unit for task in tasks if task.name == "acquire"))
     for name in dict.fromkeys(task.name for task in tasks if not task.draws):
-        for note in (*stages.load(name).notes(settings.sections[name]), *settings.replaced.get(name, ())):
+        for note in (*stages.load(name).notes(settings.sections[name]), *settings.remarks.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
         stages.load(name).ready(settings.sections[name])
     study = walk.Run(

@@ -75,7 +75,7 @@ def applied(settings: Settings, given: Sequence[Own], typed: tuple[Reader, Mappi
                 origins |= keys
                 for key in again:
                     changed.setdefault(one.stage, {}).setdefault(key, []).append(one.subject)
-    return dataclasses.replace(settings, own=own, origins=origins, replaced=_told(changed))
+    return dataclasses.replace(settings, own=own, origins=origins, remarks=_told(changed))
 
 
 def _told(changed: Mapping[str, Mapping[str, Sequence[str]]]) -> dict[str, tuple[str, ...]]:

@@ -20,7 +20,7 @@ def warnings(settings: Any) -> list[str]:
     """Return what is allowed but worth knowing."""
     sections = settings.sections
     notes = [note for name in stages.NAMES for note in stages.load(name).notes(sections[name])]
-    notes += [note for of_stage in settings.replaced.values() for note in of_stage]
+    notes += [note for of_stage in settings.remarks.values() for note in of_stage]
     if settings.left_out:
         notes.append(without_moves(settings))
     gap = sections["acquire"].timing.soa_min_s

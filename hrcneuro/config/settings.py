@@ -56,7 +56,8 @@ class Settings:
         origins: Key -> file or command line.
         warnings: What is allowed but worth knowing.
         own: Stage -> subject -> the options of a subject that has values of its own.
-        replaced: Stage -> what to know of subjects' own values that the command line has replaced.
+        remarks: Stage -> what to know before it runs: of subjects' own values that the command line has replaced, of
+            subjects that a data set lists and lacks.
         live: Command of the live side, or ``cluster`` -> its options.
         last_sources: (stage, unit) -> label -> digest of the files that a result was last made from, where it is asked
             for as it was then.
@@ -68,7 +69,7 @@ class Settings:
     origins: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     own: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    replaced: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    remarks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     live: Mapping[str, Any] = field(default_factory=dict)
     last_sources: Mapping[tuple[str, str], Mapping[str, str]] = field(default_factory=dict)
 
@@ -137,9 +138,11 @@ def load(
     for reader, values in layers:
         own += bysubject.taken_out(reader, values)
         _apply(reader, values, parts, origins)
-    if parts["acquire"].source == "bids":
-        dataset.complete(parts, origins)
+    of_data = dataset.complete(parts, origins) if parts["acquire"].source == "bids" else ()
     settings = bysubject.applied(_fill(parts, origins), own, layers[-1])
+    if of_data:
+        remarks = {**settings.remarks, "acquire": (*of_data, *settings.remarks.get("acquire", ()))}
+        settings = dataclasses.replace(settings, remarks=remarks)
     found = [*mistakes, *(m for reader, _ in layers for m in reader.mistakes)]
     if not found:
         found, warnings = _consistency(settings)

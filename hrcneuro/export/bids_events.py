@@ -26,7 +26,8 @@ def describe_events(base: Path, raw: mne.io.BaseRaw, trials: pd.DataFrame) -> No
     rows = pd.DataFrame(
         {
             "onset": known["onset_s"].astype(float),
-            "duration": known["t_f_s"].astype(float) if "t_f_s" in used else 0.0,
+            # An unknown duration is none, not one of 0 s.
+            "duration": known["t_f_s"].astype(float),
             "trial_type": known["event"],
             "sample": sample,
             **{c: known[c] for c in used if c != "t_f_s"},

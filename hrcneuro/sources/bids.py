@@ -7,7 +7,6 @@ columns: BIDS specification 1.10, "Electroencephalography" and "Task events".
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from hrcneuro.errors import ConfigError, DataError
-from hrcneuro.sources import bids_layout, layout
+from hrcneuro.errors import DataError
+from hrcneuro.sources import bids_events, bids_layout, layout
+from hrcneuro.sources.bids_tables import NO_WORD, Row, read_rows
 from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.formats.reading import Mark, marker_name, sort_marks
@@ -29,7 +29,6 @@ from hrcneuro.sources.units import is_no_voltage, voltage_unit
 if TYPE_CHECKING:
     import mne
 
-_EVENT_COLUMNS = ("trial_type", "value")
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 # Of these systems an axis is known to point elsewhere: to the nose, and to the left ear.
 _NOSE_FIRST = ("EEGLAB", "EEGLAB-HJ", "CTF")
@@ -45,6 +44,7 @@ def read(files: Mapping[str, Path], options: Source) -> Recording:
     Raises:
         DataError, ConfigError: A recording or a table cannot be read, or recordings cannot be joined.
     """
+    column = bids_events.naming_column(bids_layout.events_of(files), options.event_column)
     recordings, names = [], []
     for label, path in files.items():
         if path not in layout.recordings({label: path}):
@@ -57,14 +57,15 @@ def read(files: Mapping[str, Path], options: Source) -> Recording:
             _channels(one, table["channels"], unit_stated=path.suffix.lower() != ".set")
         if table["electrodes"] and table["coordsystem"]:
             _places(one, table["electrodes"], table["coordsystem"])
-        _events(one, files[f"events{mark}"], options.event_column)
+        _events(one, files[f"events{mark}"], column)
         recordings.append(one)
         names.append(path.name)
     joined = join(recordings, names)
     if joined.markers.empty:
-        tables = ", ".join(path.name for label, path in files.items() if re.fullmatch(r"events( \d+)?", label))
+        tables = ", ".join(path.name for path in bids_layout.events_of(files))
         raise DataError(
-            f"{tables} holds no events that have an onset and a name", cure="write the events there, a row each"
+            f"{tables} holds no events within the recording, only breaks and bad stretches",
+            cure="write the events there, a row each; onsets are in s from the recording's first sample",
         )
     joined.reference = _reference(files)
     return joined
@@ -72,13 +73,13 @@ def read(files: Mapping[str, Path], options: Source) -> Recording:
 
 def _channels(recording: Recording, table: Path, *, unit_stated: bool) -> None:
     """Give channels the types, units and marks of channels.tsv."""
-    rows = bids_layout.read_rows(table)
+    rows = read_rows(table)
     about = _matched(recording, rows, table)
     unknown: list[str] = []
     for i, name in enumerate(recording.ch_names):
         row = about[name]
         word = row.get("type", "n/a")
-        kind = kind_of_type(word) or ("misc" if word.lower() not in bids_layout.NO_WORD else recording.ch_types[i])
+        kind = kind_of_type(word) or ("misc" if word.lower() not in NO_WORD else recording.ch_types[i])
         unknown += [f"{name} ({word})"] if kind == "misc" and not kind_of_type(word) and word != "n/a" else []
         _unit(recording, i, row.get("units", "n/a"), kind, table.name if unit_stated else "")
         recording.ch_types[i] = kind
@@ -88,7 +89,7 @@ def _channels(recording: Recording, table: Path, *, unit_stated: bool) -> None:
         recording.notes.append(f"{table.name}: taken for misc by their type: {', '.join(unknown[:8])}")
 
 
-def _matched(recording: Recording, rows: list[bids_layout.Row], table: Path) -> dict[str, bids_layout.Row]:
+def _matched(recording: Recording, rows: list[Row], table: Path) -> dict[str, Row]:
     """Return channel -> its row, by name, else by place: then the channel gets the table's name."""
     by_name = {row.get("name", ""): row for row in rows}
     if set(recording.ch_names) <= set(by_name):
@@ -115,7 +116,7 @@ def _matched(recording: Recording, rows: list[bids_layout.Row], table: Path) -> 
 def _unit(recording: Recording, i: int, word: str, kind: str, table: str) -> None:
     """Scale a channel by the table's unit, or say that the file's own one stands where it has one (``table``)."""
     believed = recording.units[i] if recording.units else "V"
-    unit = voltage_unit(word) if word.lower() not in bids_layout.NO_WORD else None
+    unit = voltage_unit(word) if word.lower() not in NO_WORD else None
     if kind == "stim":
         if recording.ch_types[i] != "stim":
             recording.data[i] /= VOLTS.get(believed, 1.0)
@@ -128,25 +129,24 @@ def _unit(recording: Recording, i: int, word: str, kind: str, table: str) -> Non
         )
     elif kind == "misc" and is_no_voltage(word):
         recording.units[i] = word
-    elif not unit and word.lower() not in bids_layout.NO_WORD:
+    elif not unit and word.lower() not in NO_WORD:
         recording.notes.append(f"the unit {word!r} of {recording.ch_names[i]} is no voltage and is not used")
 
 
-def _events(recording: Recording, table: Path, wanted: str) -> None:
+def _events(recording: Recording, table: Path, column: str) -> None:
     """Give the recording the events of events.tsv, and its bad stretches; those of the file itself are left aside."""
-    rows = bids_layout.read_rows(table)
-    column = _column(rows, table, wanted)
+    rows = read_rows(table)
     marks: list[Mark] = []
-    mine: dict[tuple[float, str], list[bids_layout.Row]] = {}
+    mine: dict[tuple[float, str], list[Row]] = {}
     unplaced = unnamed = 0
     for row in rows:
-        onset, text = _seconds(row.get("onset", "n/a"), table), marker_name(row[column])
+        onset, text = bids_events.seconds(row.get("onset", "n/a"), table), marker_name(row[column])
         if np.isnan(onset):
             unplaced += 1
-        elif text.lower() in bids_layout.NO_WORD:
+        elif text.lower() in NO_WORD:
             unnamed += 1
         else:
-            duration = _seconds(row.get("duration", "n/a"), table)
+            duration = bids_events.seconds(row.get("duration", "n/a"), table)
             marks.append((onset, 0.0 if np.isnan(duration) else duration, text))
             mine.setdefault((onset, text), []).append(row)
     aside, breaks = len(recording.markers), set(recording.breaks_s)
@@ -176,27 +176,6 @@ def _keep_inside(recording: Recording, table: Path) -> None:
         recording.markers = recording.markers[inside].reset_index(drop=True)
 
 
-def _column(rows: list[bids_layout.Row], table: Path, wanted: str) -> str:
-    have = list(rows[0]) if rows else []
-    column = wanted or next((one for one in _EVENT_COLUMNS if one in have), "")
-    if rows and column not in have:
-        what = f"has no column {wanted!r}" if wanted else "has neither trial_type nor value"
-        raise ConfigError(
-            f"{table.name} {what}; its columns are {', '.join(have)}",
-            cure="say which one names the events: acquire.event_column = 'COLUMN'",
-        )
-    return column or _EVENT_COLUMNS[0]
-
-
-def _seconds(text: str, table: Path) -> float:
-    if text.lower() in ("n/a", "", "nan"):
-        return float("nan")
-    try:
-        return float(text)
-    except ValueError as error:
-        raise DataError(f"{table.name}: {text!r} is no time in s", cure="correct onset and duration") from error
-
-
 def _places(recording: Recording, table: Path, system: Path) -> None:
     """Give EEG channels the places of electrodes.tsv, where its system of coordinates is known."""
     import mne
@@ -220,7 +199,7 @@ def _places(recording: Recording, table: Path, system: Path) -> None:
         return np.array([-y, x, z]) if name in _NOSE_FIRST else np.array([x, y, z])
 
     places = {}
-    for row in bids_layout.read_rows(table):
+    for row in read_rows(table):
         cells = [row.get(axis, "n/a") for axis in "xyz"]
         if any(cell.lower() in ("", "n/a", "nan") for cell in cells):
             continue

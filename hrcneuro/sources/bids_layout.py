@@ -5,32 +5,26 @@ No numeric library: every plan asks this, so that whatever a data set lacks is k
 
 from __future__ import annotations
 
-import csv
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.sources.formats.announced import announced_channels
+from hrcneuro.sources.bids_channels import announced_rows, channel_rows, refuse_unequal
+from hrcneuro.sources.bids_events import naming_column
+from hrcneuro.sources.bids_tables import Row, read_rows
 from hrcneuro.sources.formats.companions import companions
 from hrcneuro.sources.formats.named import find_path
 from hrcneuro.sources.formats.statements import describing_files
-from hrcneuro.sources.kinds import kind_of_type
 from hrcneuro.sources.pointers import refuse_broken_link
-from hrcneuro.sources.units import voltage_unit
 
 FORMATS = (".vhdr", ".edf", ".bdf", ".set")
 """What BIDS allows of EEG."""
-NO_WORD = ("", "n/a")
-"""Cells of a table, in small letters, that say nothing."""
-_NUMBER = re.compile(r"\d+(\.\d*)?")
 _ORDER = ("ses", "task", "run", "split")
 """What of a recording's name tells it from the subject's others, and in which order they are joined."""
-_VOLTAGES = ("eeg", "eog", "ecg", "emg")
-Row = dict[str, str]
 
 
 def root_of(path: str) -> Path:
@@ -51,20 +45,46 @@ def root_of(path: str) -> Path:
             f"the BIDS data set {root} {'is a file' if root.exists() else 'does not exist'}",
             cure="name its root, the folder that holds sub-…: acquire.path = 'FOLDER'",
         )
-    if not any(root.glob("sub-*")):
-        above = next((one for one in root.absolute().parents if any(one.glob("sub-*/"))), None)
+    if not _homes(root):
+        near = next((one for one in (*root.absolute().parents, *_inside(root)) if _homes(one)), None)
         raise DataError(
             f"{root} holds no subject (sub-…): it is not the root of a BIDS data set",
-            cure=f"name its root: acquire.path = '{above or 'FOLDER'}'",
+            cure=f"name its root: acquire.path = '{near or 'FOLDER'}'",
         )
     return root
 
 
+def _homes(root: Path) -> list[Path]:
+    """Return the subjects' folders; a recording whose name begins with sub-… is none."""
+    return [one for one in root.glob("sub-*") if one.is_dir()]
+
+
+def _inside(root: Path) -> list[Path]:
+    return sorted(one for one in root.iterdir() if one.is_dir() and not one.name.startswith("."))
+
+
 def subjects(root: Path) -> tuple[str, ...]:
-    """Return the subjects of a data set that have EEG, in the order of participants.tsv, else of their names."""
-    have = {one.name.removeprefix("sub-") for one in root.glob("sub-*") if any(_candidates(one))}
+    """Return the subjects of a data set that have EEG, in the order of participants.tsv, else of their names.
+
+    Raises:
+        DataError: There is none; the message says what was looked for.
+    """
+    homes = _homes(root)
+    have = {one.name.removeprefix("sub-") for one in homes if any(_candidates(one))}
+    if not have:
+        raise DataError(
+            f"{root} holds {len(homes)} subjects, none with EEG (sub-…/eeg/…_eeg{'|'.join(FORMATS)}, with or without "
+            "ses-… between)",
+            cure="name the root of a data set that has EEG: acquire.path = 'FOLDER'; recordings of another kind are "
+            "read by acquire.source = 'file'",
+        )
     listed = [name for name in participants(root) if name in have]
     return (*listed, *sorted(have - set(listed), key=_by_number))
+
+
+def without_eeg(root: Path, have: Collection[str]) -> list[str]:
+    """Return the subjects that participants.tsv lists and that are not among those with EEG, in its order."""
+    return [name for name in dict.fromkeys(participants(root)) if name and name not in have]
 
 
 def participants(root: Path) -> list[str]:
@@ -86,7 +106,13 @@ def is_ours(root: Path) -> bool:
 
 
 def files(
-    path: str, subject: str, *, tasks: Sequence[str] = (), sessions: Sequence[str] = (), runs: Sequence[str] = ()
+    path: str,
+    subject: str,
+    *,
+    tasks: Sequence[str] = (),
+    sessions: Sequence[str] = (),
+    runs: Sequence[str] = (),
+    event_column: str = "",
 ) -> dict[str, Path]:
     """Return label -> file of a subject: recordings in the order of sessions and runs, their companions and tables.
 
@@ -97,10 +123,12 @@ def files(
         path: Root of the data set.
         subject: Its label, without ``sub-``.
         tasks, sessions, runs: Labels of those to take; none named: all, but several tasks are refused.
+        event_column: Column of the events that names them; empty: trial_type, else value.
 
     Raises:
-        ConfigError: A task, session or run is not there, or it is not said which of several tasks is meant.
-        DataError: There is no such subject, a recording has no events, or recordings do not go together.
+        ConfigError: A task, session or run is not there, or it is not said which of several tasks is meant, or which
+            column names all events.
+        DataError: There is no such subject, recordings have no events, or do not go together.
     """
     root = root_of(path)
     found = _chosen(root, subject, {"task": tasks, "ses": sessions, "run": runs})
@@ -122,17 +150,23 @@ def files(
                 "events, read it by acquire.source = 'file'",
             )
         if "channels" in mine:
-            tables.append((mine["channels"], _channels(mine["channels"])))
+            tables.append((mine["channels"], channel_rows(mine["channels"])))
         else:
             bare.append(recording)
         out |= {f"{label}{mark}": file for label, file in mine.items()}
     # Each among its own kind: a table may name channels otherwise than the recording.
-    _refuse_unequal(tables)
+    refuse_unequal(tables)
     if len(bare) > 1:
-        _refuse_unequal([(one, rows) for one in bare if (rows := _announced(one))])
+        refuse_unequal([(one, rows) for one in bare if (rows := announced_rows(one))])
     for file in out.values():
         refuse_broken_link(file)
+    naming_column(events_of(out), event_column)
     return out
+
+
+def events_of(files: Mapping[str, Path]) -> list[Path]:
+    """Return the tables of events among a subject's files, one for each recording."""
+    return [path for label, path in files.items() if re.fullmatch(r"events( \d+)?", label)]
 
 
 def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path | None:
@@ -153,21 +187,6 @@ def beside(recording: Path, kind: str, root: Path, ending: str = ".tsv") -> Path
 def _entities(table: Path, kind: str) -> set[str]:
     parts = table.name.partition(".")[0].removesuffix(kind).split("_")
     return {one for one in parts if one and not one.startswith("space-")}
-
-
-def read_rows(table: Path) -> list[Row]:
-    """Return the rows of a table of BIDS.
-
-    Raises:
-        DataError: A row has more cells than there are columns, or the table has none.
-    """
-    with table.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        header, *lines = list(csv.reader(file, delimiter="\t")) or [[]]
-    lines = [line for line in lines if line]
-    if not header or any(len(line) > len(header) for line in lines):
-        raise DataError(f"{table.name} is no table with tabs between its columns", cure="write it as BIDS has it")
-    rest = ["n/a"] * len(header)
-    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -235,58 +254,3 @@ def _entity(path: Path, key: str) -> str:
 def _by_number(label: str) -> list[tuple[int, str]]:
     """Sort run 10 behind run 9."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", label) if part]
-
-
-def _channels(table: Path) -> list[Row]:
-    """Return the rows of channels.tsv; refuse a unit of EEG that is no voltage."""
-    rows = read_rows(table)
-    for row in rows:
-        unit = row.get("units", "n/a")
-        if kind_of_type(row.get("type", "")) in _VOLTAGES and unit.lower() not in NO_WORD and not voltage_unit(unit):
-            raise DataError(
-                f"{table.name} gives {row['type']} channel {row.get('name')} the unit {unit!r}, which is no voltage",
-                cure="write V, mV, µV or nV there, or n/a: then the recording's own unit counts",
-            )
-    return rows
-
-
-def _announced(recording: Path) -> list[Row]:
-    """Return what a recording's header says of its channels as channels.tsv would; nothing where it says nothing."""
-    found = announced_channels(recording) or {}
-    return [{"name": name, "sampling_frequency": f"{rate:g}"} for name, rate in found.items()]
-
-
-_MEANT: dict[str, Callable[[str], object]] = {
-    "name": str,
-    "type": lambda word: kind_of_type(word) or word.lower(),
-    "units": lambda word: voltage_unit(word) or word,
-    "sampling_frequency": lambda word: float(word) if _NUMBER.fullmatch(word) else word,
-}
-"""Column of channels.tsv -> what a cell of it means: 256 and 256.0, uV and µV are the same."""
-
-
-def _alike(one: str | None, two: str | None, meant: Callable[[str], object]) -> bool:
-    """Return whether two cells say the same, or one says nothing; a channel that is absent is no cell."""
-    if one is None or two is None:
-        return one is two
-    return one.lower() in NO_WORD or two.lower() in NO_WORD or meant(one) == meant(two)
-
-
-def _refuse_unequal(tables: Sequence[tuple[Path, list[Row]]]) -> None:
-    """Refuse recordings of which one has other channels, or at another rate, than the first.
-
-    Args:
-        tables: A file for each recording, and the rows on channels that it has.
-    """
-    for table, rows in tables[1:]:
-        first, of_first = tables[0]
-        for about, meant in _MEANT.items():
-            one, two = ({row.get("name", ""): row.get(about, "n/a") for row in each} for each in (of_first, rows))
-            unlike = sorted(name for name in one | two if not _alike(one.get(name), two.get(name), meant))
-            if unlike:
-                what = f"{unlike[0]}: {one.get(unlike[0], 'absent')} and {two.get(unlike[0], 'absent')}"
-                raise DataError(
-                    f"{first.name} and {table.name} do not go together: {len(unlike)} channels differ in {about}, the "
-                    f"first is {what}",
-                    cure="name those that do in acquire.sessions or acquire.runs, or correct the tables",
-                )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hrcneuro.errors import ConfigError, did_you_mean
+from hrcneuro.errors import ConfigError, DataError, did_you_mean
 from hrcneuro.sources import labels
 from hrcneuro.sources.recording import Recording, some
 from hrcneuro.sources.units import is_no_voltage
@@ -46,6 +46,7 @@ def shape(
 
     Raises:
         ConfigError: An option misspells a channel, there is no such montage, or two channels get one name.
+        DataError: Two channels have one name in the file.
     """
     sites = labels.sites(recording.ch_names, recording.ch_types, standard_sites())
     in_file = {site: label for label, site in sites.items() if site not in recording.ch_names}
@@ -153,10 +154,15 @@ def _rename(recording: Recording, mapping: Mapping[str, str]) -> None:
     look_for(mapping, recording, "acquire.channel_map")
     names = [mapping.get(name, name) for name in recording.ch_names]
     twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
+    if of_map := [name for name in twice if name in mapping.values()]:
         raise ConfigError(
-            f"acquire.channel_map gives several channels the same name: {', '.join(twice)}",
+            f"acquire.channel_map gives several channels the same name: {', '.join(of_map)}",
             cure="give each channel a name of its own",
+        )
+    if twice:
+        raise DataError(
+            f"the recording has several channels of the same name: {', '.join(twice)}",
+            cure="give each a name of its own in the file; options cannot tell them apart",
         )
     if recording.montage is not None:
         known = {old: new for old, new in mapping.items() if old in recording.montage.ch_names}

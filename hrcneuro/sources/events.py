@@ -44,12 +44,21 @@ def select_events(
     _claim(recording, event_map)
     have = histogram(recording.markers)
     if not have:
+        triggers = ", ".join(recording.ch_names[i] for i in recording.picks("stim"))
         breaks = f", only breaks: {listed(_names(recording.named_breaks))}" if recording.named_breaks else ""
+        if breaks:
+            cure = "name in acquire.event_map those that are events"
+        elif triggers:
+            cure = "check that triggers were recorded; acquire.markers names the channel that holds them"
+        else:
+            cure = (
+                "check that it was saved with its markers (BrainVision's are a .vmrk file, a table's are "
+                "acquire.marker_column); acquire.channel_types = {NAME = 'stim'} makes a channel the triggers'"
+            )
         raise DataError(
-            f"the recording has no events: neither annotations nor a trigger channel{breaks}",
-            cure="name in acquire.event_map those that are events"
-            if breaks
-            else "check that it was saved with its markers (BrainVision needs its .vmrk file)",
+            "the recording has no events: neither annotations nor "
+            f"{f'triggers in {triggers}' if triggers else 'a trigger channel'}{breaks}",
+            cure=cure,
         )
     kept = recording.markers
     if event_map:

@@ -30,8 +30,17 @@ def shape(recording: Recording, options: Source) -> None:
     """Give channels their names, types, units and places, and the recording its markers, in place.
 
     Raises:
-        ConfigError, DataError: As :func:`hrcneuro.sources.channels.shape` and
-            :func:`hrcneuro.sources.triggers.choose_markers`.
+        ConfigError, DataError: As :func:`shape_channels` and :func:`choose_markers`.
+    """
+    shape_channels(recording, options)
+    choose_markers(recording, options)
+
+
+def shape_channels(recording: Recording, options: Source) -> None:
+    """Give channels their names, types, units and places, in place.
+
+    Raises:
+        ConfigError, DataError: As :func:`hrcneuro.sources.channels.shape`.
     """
     channels.shape(
         recording,
@@ -42,6 +51,14 @@ def shape(recording: Recording, options: Source) -> None:
         montage=options.montage,
         unit=options.unit,
     )
+
+
+def choose_markers(recording: Recording, options: Source) -> None:
+    """Give a recording whose channels are shaped its markers, in place, where annotations are not its only ones.
+
+    Raises:
+        ConfigError: As :func:`hrcneuro.sources.triggers.choose_markers`.
+    """
     if options.source == "file":
         triggers.choose_markers(recording, options.markers, mask=options.trigger_mask)
 

@@ -57,12 +57,14 @@ def view_log(trials: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def attempt(view: dict[str, Any], look: Callable[[], object]) -> None:
-    """Run a part of the inspection; an error becomes part of what is shown."""
+def attempt(view: dict[str, Any], look: Callable[[], object]) -> bool:
+    """Run a part of the inspection, and return whether it went well; an error becomes part of what is shown."""
     try:
         look()
     except HrcError as error:
         view["problems"].append({"problem": error.problem, "cure": error.cure, "exit_code": error.exit_code})
+        return False
+    return True
 
 
 def render(view: dict[str, Any]) -> str:

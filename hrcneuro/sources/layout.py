@@ -81,7 +81,7 @@ def foreign_files(options: Source, subject: str) -> dict[str, Path]:
     """
     if options.source == "bids":
         chosen = {"tasks": options.tasks, "sessions": options.sessions, "runs": options.runs}
-        return bids_layout.files(options.path, subject, **chosen)
+        return bids_layout.files(options.path, subject, **chosen, event_column=options.event_column)
     return recording_files(options.path, subject)
 
 

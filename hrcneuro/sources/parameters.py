@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 
 from hrcneuro.contract import option
 
+LOWEST_HZ, HIGHEST_HZ = 32.0, 100_000.0
+"""Between these lies the sampling rate of any EEG; one outside was stated or measured in another unit."""
 _READ = ("dataset", "file", "bids", "recording")
 _SOURCES = {
     "path": (*_READ, "semisynthetic"),
@@ -100,8 +102,8 @@ class Source:
     )
     reference: str = option("", "reference of the recording, for the record")
     columns: tuple[str, ...] = option((), "table (CSV): the columns that are channels; acquire.unit is their unit")
-    table_rate: float = option(0.0, "table: sampling rate; 0: by time_column", unit="Hz", low=0, high=100000)
-    time_column: str = option("", "table: column of times in s; gaps in it are breaks")
+    table_rate: float = option(0.0, "table: sampling rate; 0: by time_column", unit="Hz", low=0, high=HIGHEST_HZ)
+    time_column: str = option("", "table: column of times in s; gaps in it, and where it starts again, are breaks")
     marker_column: str = option("", "table: column of markers; numbers are a trigger channel, each text is a marker")
     stream: str = option("", "XDF: name of the EEG stream, name#2 where several share it, or its source id")
     stream_rate: str = option(

@@ -12,6 +12,7 @@ import pandas as pd
 from hrcneuro.eeg.breaks import event_mark
 from hrcneuro.errors import DataError
 from hrcneuro.sources.origin import UNKNOWN, Origins, mark_of
+from hrcneuro.sources.parameters import HIGHEST_HZ, LOWEST_HZ
 
 if TYPE_CHECKING:
     import mne
@@ -98,9 +99,15 @@ def check_signals(recording: Recording) -> None:
     A flat EEG channel is noted: preprocess makes it from the others.
 
     Raises:
-        DataError: There is no EEG channel, a channel has samples that are no numbers, or the numbers cannot be the
-            unit they are taken for.
+        DataError: There is no EEG channel, the sampling rate is one that no EEG has, a channel has samples that are no
+            numbers, or the numbers cannot be the unit they are taken for.
     """
+    if not LOWEST_HZ <= recording.sfreq <= HIGHEST_HZ:
+        raise DataError(
+            f"the recording's sampling rate is {recording.sfreq:.4g} Hz, which no EEG has; "
+            f"allowed: {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz",
+            cure="correct the rate that its header states; one that is measured needs times in s",
+        )
     if not recording.picks("eeg"):
         raise DataError(
             f"the recording has no EEG channel; its channels are {some(recording.ch_names)}",

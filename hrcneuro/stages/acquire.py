@@ -12,7 +12,7 @@ from hrcneuro.contract import Inputs, Stage, Work, option
 from hrcneuro.eeg.synthetic import SyntheticParams
 from hrcneuro.paradigm.params import SessionParams, TimingParams
 from hrcneuro.sources import layout, origin
-from hrcneuro.sources.parameters import Source, users
+from hrcneuro.sources.parameters import HIGHEST_HZ, LOWEST_HZ, Source, users
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ class Config(Source):
     """Where a subject's data come from; what is read, and what is simulated."""
 
     sfreq: float = option(
-        published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=32, high=20000
+        published.RECORDED_HZ.value, "sampling rate of a synthetic recording", unit="Hz", low=LOWEST_HZ, high=20000
     )
     seed: int = option(2023, "seed of everything simulated; each subject draws its own from it", low=0)
     contaminated: tuple[str, ...] = option(
@@ -49,6 +49,11 @@ def check(config: Config) -> list[str]:
         if kind not in kinds
     ]
     mistakes += _unused(config)
+    if 0 < config.table_rate < LOWEST_HZ:
+        mistakes.append(
+            f"table_rate = {config.table_rate:g} Hz; no EEG has that rate: allowed are 0 (by time_column) and "
+            f"{LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz"
+        )
     timing = config.timing
     if timing.t_f_min_s > timing.t_f_max_s:
         mistakes.append(f"timing.t_f_min_s = {timing.t_f_min_s:g} is above timing.t_f_max_s = {timing.t_f_max_s:g}")
@@ -230,25 +235,28 @@ def _look(config: Config, unit: str, view: dict[str, Any]) -> None:
     signals = read.get(config.source, lambda: foreign.read(files, config))()
     view["recording"] = inspection.view_recording(signals)
 
-    def match() -> None:
+    def match(*, shaped: bool = True) -> None:
         of_session = config.source == "recording"
         log = sessions.read_moves(files) if of_session else dataset.read_moves(config.path, unit, signals)
         view["log"] = inspection.view_log(log)
         begun = experiments.onsets_of(files["log"])
-        if of_session:
+        if of_session and shaped:
             sessions.match(signals, log, unit, config, begun=begun)
-        else:
+        elif not of_session:
             dataset.match(signals, log, unit, onset_event=config.onset_event, begun=begun)
 
     # In the order of run, so that the first problem is the one that stops it.
     if config.source == "dataset":
         inspection.attempt(view, match)
-    inspection.attempt(view, lambda: foreign.shape(signals, config))
+    # What is said of channels that are not shaped, or of events that are not chosen, would be said of other ones.
+    shaped = inspection.attempt(view, lambda: foreign.shape_channels(signals, config))
+    marked = shaped and inspection.attempt(view, lambda: foreign.choose_markers(signals, config))
     if config.source == "recording":
-        inspection.attempt(view, match)
-    if not config.moves:
+        inspection.attempt(view, lambda: match(shaped=shaped))
+    if not config.moves and marked:
         inspection.attempt(view, lambda: foreign.events(signals, files, config))
-    inspection.attempt(view, lambda: check_signals(signals))
+    if shaped:
+        inspection.attempt(view, lambda: check_signals(signals))
     view["recording"] = inspection.view_recording(signals)
 
 

@@ -237,7 +237,7 @@ def test_a_value_that_is_typed_is_for_all_and_says_whose_own_it_replaces(empty):
     assert own.path.endswith("there/{subject}.vhdr")
     assert own.event_map == {"a": "A", "b": "B"}
     assert own.bads == all_.bads == ("Pz",)
-    said = found.replaced["acquire"]
+    said = found.remarks["acquire"]
     assert [words.split()[1] for words in said] == ["acquire.drop", "acquire.path", "acquire.event_map"]
     assert "the value that s2 had in [acquire.subjects.s2]" in said[0]
     assert set(said) <= set(found.warnings)

@@ -124,19 +124,54 @@ def test_a_data_set_of_others_runs_with_no_other_setting_than_conditions(hrcneur
         (lambda home: next(home.glob("*_events.tsv")).unlink(), "has no table of events"),
         (lambda home: swapped(home, "µV", "furlong"), "'furlong', which is no voltage"),
         (lambda home: swapped(home, "EOG1", "EOG2"), "do not go together"),
+        (lambda home: emptied(home, "trial_type"), "acquire.event_column = 'value'"),
+        (lambda home: next(home.glob("*_events.tsv")).write_text(""), "is no table with tabs"),
     ],
 )
 def test_a_fault_of_one_recording_is_told_before_anything_runs(hrcneuro, oddball, harm, message):
     harm(oddball / "data" / "sub-03" / "ses-2" / "eeg")
     for command in (("run", "--no-figures"), ("config", "check")):
         done = hrcneuro(*command, cwd=oddball)
-        assert done.code == 3
+        assert done.code == (2 if "event_column" in message else 3)
         assert message in done.err
         assert "cure: " in done.err
     assert not list(oddball.rglob("*_raw.fif"))
     # Who asks for another subject gets it.
     done = hrcneuro("acquire", "01", "--no-figures", cwd=oddball)
     assert done.code == 0, done.err
+
+
+def emptied(home, column):
+    path = next(home.glob("*_events.tsv"))
+    header, *lines = (line.split("\t") for line in path.read_text().splitlines())
+    rows = [["n/a" if name == column else cell for name, cell in zip(header, line, strict=True)] for line in lines]
+    path.write_text("\n".join("\t".join(row) for row in [header, *rows]) + "\n")
+
+
+def test_subjects_whose_events_are_named_by_different_columns_are_told_before_anything_runs(hrcneuro, oddball):
+    for path in (oddball / "data" / "sub-03").rglob("*_events.tsv"):
+        path.write_text(path.read_text().replace("trial_type", "kind"))
+    done = hrcneuro("run", "--no-figures", cwd=oddball)
+    assert done.code == 2
+    assert "01 names its events by trial_type" in done.err
+    assert "03 by value" in done.err
+    assert "acquire.event_column" in done.err
+    assert not list(oddball.rglob("*_raw.fif"))
+    given = ("--set", "acquire.subjects.03.event_column=kind", "--dry-run")
+    assert hrcneuro("run", *given, cwd=oddball).code == 0
+
+
+def test_a_listed_subject_without_eeg_is_named_wherever_recordings_are_asked_for(hrcneuro, oddball):
+    listed = "\n".join(["participant_id", "sub-01", "sub-04", "sub-02", "sub-03"])
+    (oddball / "data" / "participants.tsv").write_text(f"{listed}\n")
+    said = "participants.tsv lists subjects that have no EEG here and are left out: 04"
+    for command in (("run", "--dry-run"), ("config", "check")):
+        done = hrcneuro(*command, cwd=oddball)
+        assert done.code == 0, done.err
+        assert said in done.out + done.err
+    given = ("--set", 'study.subjects=["01", "02"]')
+    done = hrcneuro("run", "--dry-run", *given, cwd=oddball)
+    assert said not in done.out + done.err
 
 
 def swapped(home, old, new):
@@ -148,6 +183,10 @@ def test_a_root_that_is_none_is_told_and_a_folder_as_a_file_is_answered_with_the
     done = hrcneuro("run", "--set", "acquire.path=nowhere", cwd=oddball)
     assert done.code == 3
     assert "nowhere does not exist" in done.err
+    done = hrcneuro("run", "--set", "acquire.path=data/sub-01/ses-1/eeg", cwd=oddball)
+    assert done.code == 3
+    assert "holds no subject" in done.err
+    assert f"acquire.path = '{oddball / 'data'}'" in done.err
     text = OWN.replace('"bids"', '"file"') + '[study]\nsubjects = ["01"]\nexclude = []\nsplit = ""\n'
     (oddball / "hrcneuro.toml").write_text(f"contrasts = {{}}\nproblems = {{}}\n{text}")
     done = hrcneuro("acquire", "--no-figures", cwd=oddball)

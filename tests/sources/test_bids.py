@@ -13,7 +13,7 @@ from hrcneuro.contract import Inputs
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.io.fif import read_raw
 from hrcneuro.io.tables import read_table
-from hrcneuro.sources import bids_layout, foreign
+from hrcneuro.sources import bids_events, bids_layout, foreign
 from hrcneuro.sources.formats.announced import announced_channels
 from hrcneuro.stages import acquire
 
@@ -73,6 +73,80 @@ def test_events_are_named_by_the_column_that_the_study_names(root):
     table(beside(root, "events"), ["onset", "duration", "stim"], [(1, 0, "a")])
     with pytest.raises(ConfigError, match="neither trial_type nor value"):
         run(root)
+
+
+def two_sessions(root, one, two):
+    """Write a subject's events of two sessions; rows are (onset, trial_type, value), and None leaves a column out."""
+    tables = []
+    for session, rows in (("1", one), ("2", two)):
+        name = f"sub-01_ses-{session}_task-odd"
+        path = recording(root, name, seconds=12)
+        there = [i for i in range(3) if not rows or rows[0][i] is not None]
+        columns = ["onset", "trial_type", "value"]
+        cells = [[row[i] for i in there] for row in rows]
+        tables.append(table(path.with_name(f"{name}_events.tsv"), [columns[i] for i in there], cells))
+    return tables
+
+
+WORDS = [(1, "target", 7), (2, "standard", 8), (3, "target", 7)]
+CODES = [(at, None, value) for at, _, value in WORDS]
+SILENT = [(at, "n/a", value) for at, _, value in WORDS]
+
+
+@pytest.mark.parametrize("other", [CODES, SILENT])
+def test_one_column_names_the_events_of_all_recordings_of_a_subject(tmp_path, other):
+    for number, pair in enumerate([(WORDS, other), (other, WORDS)]):
+        root = tmp_path / str(number) / "data"
+        tables = two_sessions(root, *pair)
+        with pytest.raises(ConfigError, match="trial_type") as caught:
+            bids_layout.files(str(root), "01")
+        assert tables[pair.index(other)].name in caught.value.problem
+        assert "acquire.event_column = 'value'" in caught.value.cure
+        summary, _, _ = run(root, event_column="value")
+        assert summary["events"] == {"7": 4, "8": 2}
+
+
+def test_where_no_column_names_all_events_the_cure_says_what_is_lacking(tmp_path):
+    words = [(at, word, None) for at, word, _ in WORDS]
+    first, _ = two_sessions(tmp_path / "data", words, CODES)
+    with pytest.raises(ConfigError, match=r"by trial_type, .* by value") as caught:
+        bids_layout.files(str(tmp_path / "data"), "01")
+    assert f"but {first.name} has no words there" in caught.value.cure
+    assert "acquire.sessions" in caught.value.cure
+    assert bids_layout.files(str(tmp_path / "data"), "01", sessions=("2",))
+
+
+def test_a_recording_without_events_or_whose_column_was_chosen_may_be_silent(tmp_path):
+    two_sessions(tmp_path / "data", WORDS, [])
+    assert run(tmp_path / "data")[0]["events"] == {"standard": 1, "target": 2}
+    two_sessions(tmp_path / "data", WORDS, SILENT)
+    assert run(tmp_path / "data", event_column="trial_type")[0]["events"] == {"standard": 1, "target": 2}
+
+
+def test_a_silent_column_is_answered_with_the_one_that_speaks(root):
+    table(beside(root, "events"), ["onset", "trial_type", "value"], SILENT)
+    for given in ({}, {"event_column": "trial_type"}):
+        with pytest.raises(ConfigError, match="trial_type names none of its 3 rows, and value does") as caught:
+            bids_layout.files(str(root), "01", **given)
+        assert caught.value.cure.endswith("acquire.event_column = 'value'")
+    table(beside(root, "events"), ["onset", "trial_type", "value"], [(1, "n/a", "n/a"), ("n/a", "go", 1)])
+    with pytest.raises(DataError, match="holds no events that have an onset and a name"):
+        bids_layout.files(str(root), "01")
+    table(beside(root, "events"), ["Onset", "trial_type"], [(1, "go")])
+    with pytest.raises(DataError, match=r"no column 'onset' \(did you mean 'Onset'"):
+        bids_layout.files(str(root), "01")
+
+
+def test_a_table_of_events_is_read_anew_only_where_it_has_changed(root, monkeypatch):
+    path, read = beside(root, "events"), []
+    true = bids_events.cells_of
+    monkeypatch.setattr(bids_events, "cells_of", lambda one: read.append(one) or true(one))
+    for _ in range(3):
+        bids_layout.files(str(root), "01")
+    assert len(read) <= 1
+    path.write_text(path.read_text().replace("onset", "start"))
+    with pytest.raises(DataError, match="no column 'onset'"):
+        bids_layout.files(str(root), "01")
 
 
 def test_bad_stretches_breaks_rows_without_a_word_and_rows_outside(root):
@@ -187,6 +261,15 @@ def test_subjects_are_those_that_have_eeg_in_the_order_of_participants(tmp_path)
     assert bids_layout.subjects(root) == ("b", "9", "10")
     table(root / "participants.tsv", ["participant_id"], [("sub-10",), ("sub-77",), ("sub-b",)])
     assert bids_layout.subjects(root) == ("10", "b", "9")
+    assert bids_layout.without_eeg(root, bids_layout.subjects(root)) == ["77"]
+
+
+def test_a_data_set_without_eeg_says_what_was_looked_for(tmp_path):
+    for name in ("01", "02"):
+        (tmp_path / f"sub-{name}" / "anat").mkdir(parents=True)
+    with pytest.raises(DataError, match=r"holds 2 subjects, none with EEG .sub-…/eeg/…_eeg\.vhdr") as caught:
+        bids_layout.subjects(bids_layout.root_of(str(tmp_path)))
+    assert caught.value.cure
 
 
 @pytest.mark.parametrize(
@@ -284,15 +367,40 @@ def test_two_versions_of_one_recording_are_not_joined(tmp_path):
     assert caught.value.cure
 
 
-def test_a_unit_that_is_not_used_is_told(root):
-    rows = [(name, "furlong") for name in NAMES]
-    table(beside(root, "channels"), ["name", "units"], rows)
-    assert any("'furlong' of" in note and "not used" in note for note in run(root)[0]["notes"])
+@pytest.mark.parametrize("unit", ["%", "°C", "kΩ", "fT", "m/s^2", "a.u."])
+def test_a_unit_of_another_quantity_is_told_and_not_used(root, unit):
+    table(beside(root, "channels"), ["name", "units"], [(name, unit) for name in NAMES])
+    assert any(f"{unit!r} of" in note and "not used" in note for note in run(root)[0]["notes"])
+
+
+@pytest.mark.parametrize(("columns", "cells"), [(["name", "units"], []), (["name", "units", "type"], ["n/a"]),
+                                                (["name", "units", "type"], ["VIBES"])])  # fmt: skip
+def test_a_unit_that_nobody_knows_is_refused_where_the_type_may_be_eeg(root, columns, cells):
+    rows = [(name, "furlong" if name == "Pz" else "µV", *cells) for name in NAMES]
+    table(beside(root, "channels"), columns, rows)
+    kind = "no type" if cells in ([], ["n/a"]) else "type 'VIBES'"
+    with pytest.raises(DataError, match=f"gives channel Pz of {kind} the unit 'furlong', which is not known") as caught:
+        bids_layout.files(str(root), "01")
+    assert "MISC" in caught.value.cure
+
+
+@pytest.mark.parametrize("kind", ["MISC", "OTHER", "TRIG"])
+def test_the_unit_of_a_channel_that_is_no_voltage_is_its_own_affair(root, kind):
+    rows = [(name, *(("furlong", kind) if name == "Pz" else ("µV", "EEG"))) for name in NAMES]
+    table(beside(root, "channels"), ["name", "units", "type"], rows)
+    assert bids_layout.files(str(root), "01")
 
 
 def test_a_root_that_is_none_and_a_subject_that_is_not_there(root):
     with pytest.raises(DataError, match="holds no subject") as caught:
         bids_layout.root_of(str(root / "sub-01"))
+    assert str(root) in caught.value.cure
+    # The names of recordings begin with sub-, too.
+    with pytest.raises(DataError, match="holds no subject") as caught:
+        bids_layout.root_of(str(root / "sub-01" / "eeg"))
+    assert str(root) in caught.value.cure
+    with pytest.raises(DataError, match="holds no subject") as caught:
+        bids_layout.root_of(str(root.parent))
     assert str(root) in caught.value.cure
     with pytest.raises(DataError, match=r"has no EEG of '1'.* subjects with EEG: 01"):
         bids_layout.files(str(root), "1")

@@ -11,6 +11,7 @@ from maker_files import save_bci2000, save_curry, save_egi, save_gdf, save_nedf,
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.layout import recording_files
+from hrcneuro.stages import acquire
 
 NAMES = ["Fz", "Cz", "Pz"]
 UV = np.random.default_rng(0).normal(0, 10, (3, 400)).round(1)
@@ -136,6 +137,28 @@ def test_bci2000_states_become_trigger_channels(tmp_path):
     np.testing.assert_allclose(recording.data[:3] * 1e6, UV, atol=1e-4)
     with pytest.raises(DataError, match="3 channels, 2 gains and 3 offsets"):
         read_recording(save_bci2000(tmp_path / "g.dat", UV, states, gains=["1"] * 2, offsets=[0] * 3))
+
+
+def test_several_trigger_channels_are_one_problem_with_its_own_cure(tmp_path):
+    states = {"StimulusCode": np.repeat([0, 3], 200), "Target": np.repeat([0, 1, 0, 2], 100)}
+    path = save_bci2000(tmp_path / "b.dat", UV * 10, states, names=NAMES, gains=["0.1muV"] * 3, offsets=[0] * 3)
+    given = dict(source="file", path=str(path))
+    problems = acquire.inspect(acquire.Config(**given), "p1")["problems"]
+    assert ["several trigger channels hold triggers" in one["problem"] for one in problems] == [True]
+    assert problems[0]["cure"] == "name one: acquire.markers = 'StimulusCode'"
+    assert not acquire.inspect(acquire.Config(**given, markers="Target"), "p1")["problems"]
+    # An option that stops the shaping of channels is the one problem, too: what follows from it is none.
+    problems = acquire.inspect(acquire.Config(**given, drop=("fz",)), "p1")["problems"]
+    assert ["acquire.drop names" in one["problem"] for one in problems] == [True]
+
+
+def test_a_trigger_channel_without_triggers_is_named_where_there_are_no_events(tmp_path):
+    states = {"StimulusCode": np.repeat([3, 0], 200)}
+    path = save_bci2000(tmp_path / "b.dat", UV * 10, states, names=NAMES, gains=["0.1muV"] * 3, offsets=[0] * 3)
+    (problem,) = acquire.inspect(acquire.Config(source="file", path=str(path)), "p1")["problems"]
+    assert "neither annotations nor triggers in StimulusCode" in problem["problem"]
+    assert "acquire.markers" in problem["cure"]
+    assert "vmrk" not in problem["cure"]
 
 
 def test_curry_s_files_belong_together(tmp_path):

@@ -7,6 +7,8 @@ import pytest
 
 from hrcneuro.errors import ConfigError, DataError
 from hrcneuro.sources.formats import read_recording
+from hrcneuro.sources.recording import Recording, check_signals, markers_of
+from hrcneuro.stages import acquire
 
 SFREQ = 250.0
 UV = np.random.default_rng(0).normal(0, 10, (2, 1000)).round(3)
@@ -122,3 +124,59 @@ def test_a_last_row_that_was_cut_is_left_out_with_a_word(tmp_path):
 def test_times_that_go_backwards_are_refused(tmp_path):
     with pytest.raises(DataError, match="do not go forward"):
         read_recording(write(tmp_path / "b.csv", times=-np.arange(1000) / SFREQ), **HOW, time_column="t")
+
+
+@pytest.mark.parametrize(("factor", "hz"), [(1e3, r"0\.25"), (1e6, r"0\.00025"), (1 / 900, r"2\.25e[+]05")])
+def test_a_rate_that_no_eeg_has_is_refused_by_whatever_it_came(tmp_path, factor, hz):
+    path = write(tmp_path / "r.csv", times=factor * np.arange(1000) / SFREQ)
+    with pytest.raises(DataError, match=rf"by 't' its rows came at {hz} Hz; allowed: 32 to 100000 Hz") as caught:
+        read_recording(path, **{**HOW, "table_rate": 0.0}, time_column="t")
+    assert "must be in s" in caught.value.cure
+    assert "acquire.table_rate" in caught.value.cure
+    slow = Recording(1e-6 * UV, ["Cz", "Pz"], ["eeg", "eeg"], 31.9, markers_of([], []))
+    with pytest.raises(DataError, match=r"sampling rate is 31\.9 Hz, which no EEG has; allowed: 32"):
+        check_signals(slow)
+
+
+def test_a_table_rate_that_no_eeg_has_is_a_mistake():
+    config = dict(source="file", path="{subject}.csv", columns=("A",), unit="uV")
+    assert not acquire.check(acquire.Config(**config, table_rate=32.0))
+    assert ["table_rate = 0.25 Hz" in one for one in acquire.check(acquire.Config(**config, table_rate=0.25))] == [True]
+
+
+@pytest.mark.parametrize("rate", [0.0, SFREQ])
+def test_a_clock_that_starts_again_is_a_break_and_no_gap_of_less_than_nothing(tmp_path, rate):
+    times = np.concatenate([np.arange(600), np.arange(400)]) / SFREQ
+    times[800:] += 1.5
+    recording = read_recording(write(tmp_path / "two.csv", times=times), **{**HOW, "table_rate": rate}, time_column="t")
+    assert recording.breaks_s == pytest.approx([2.4, 3.2])
+    assert recording.sfreq == pytest.approx(SFREQ, rel=1e-4)
+    again = [note for note in recording.notes if "clock" in note]
+    assert [note.partition(":")[0] for note in again] == ["the clock starts again at row 601 (2.40 s, then 0.00 s)"]
+    assert ["gaps without rows: 1, 1.50 s in all" in note for note in recording.notes if "gaps" in note] == [True]
+    np.testing.assert_allclose(recording.data, UV)
+
+
+def test_a_table_of_many_short_takes_has_its_rate_and_a_break_before_each(tmp_path):
+    # As many rows as the middle of long stretches is taken over, so that across takes no time goes by.
+    path = write(tmp_path / "takes.csv", times=np.tile(np.arange(50) / SFREQ, 20))
+    recording = read_recording(path, **{**HOW, "table_rate": 0.0}, time_column="t")
+    assert recording.sfreq == pytest.approx(SFREQ, rel=1e-4)
+    assert recording.breaks_s == pytest.approx(np.arange(50, 1000, 50) / SFREQ)
+    assert any("… (19)" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"columns": ("TP9", "TP9")}, r"acquire\.columns names twice the column 'TP9'"),
+        ({"marker_column": "AF7"}, r"acquire\.columns and acquire\.marker_column name the column 'AF7'"),
+        ({"time_column": "TP9"}, r"acquire\.columns and acquire\.time_column name the column 'TP9'"),
+        ({"time_column": "t", "marker_column": "t"}, r"time_column and acquire\.marker_column name the column 't'"),
+    ],
+)
+def test_a_column_is_one_thing(tmp_path, options, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        read_recording(write(tmp_path / "r.csv"), **{**HOW, **options})
+    assert "channel_map" not in str(caught.value)
+    assert caught.value.cure

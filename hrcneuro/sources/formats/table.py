@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import warnings
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,13 @@ import pandas as pd
 
 from hrcneuro.eeg import stamps as timestamps
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
+from hrcneuro.sources.parameters import HIGHEST_HZ, LOWEST_HZ
 from hrcneuro.sources.recording import Recording, markers_of
 
 _COMMENTS = ("%", "#")
 _EMPTY = ("", "nan", "n/a", "na")
+# Times in packets waver, and may step back a little; what steps back farther was begun anew.
+_SET_BACK_S = 0.05
 
 
 def read(
@@ -38,16 +42,17 @@ def read(
         path: Text with a row of names, then a row a sample; comments before it begin with % or #.
         columns: Those that are channels, in their order.
         table_rate: Sampling rate in Hz; 0: the one by the column of times.
-        time_column: Times in s; gaps in it are breaks.
+        time_column: Times in s; gaps in it are breaks, and so is each place where its clock starts again.
         marker_column: Markers: numbers are a trigger channel of that name, each text is a marker.
         unit: Unit of the numbers.
         rate_tolerance: By how much, as a share, the measured rate may differ from the stated one.
 
     Raises:
-        ConfigError: An option is missing, or names a column that is not there; the message has the names.
-        DataError: The table is cut, holds no sample, or did not come at the stated rate.
+        ConfigError: An option is missing, or names a column that is not there or that another option names.
+        DataError: The table is cut, holds no sample, did not come at the stated rate, or at one that no EEG has.
     """
     notes: list[str] = []
+    _refuse_twice(columns, time_column, marker_column)
     table = _read(path, sorted({*columns, time_column, marker_column} - {""}), notes)
     _check_options(path, columns, unit, table_rate, time_column)
     sfreq, parts = _timed(path, table, table_rate, time_column, rate_tolerance, notes)
@@ -136,6 +141,21 @@ def _check_options(path: Path, columns: Sequence[str], unit: str, rate: float, t
         )
 
 
+def _refuse_twice(columns: Sequence[str], time_column: str, marker_column: str) -> None:
+    """Refuse a column that options name twice: it would be two channels, or a signal and something else."""
+    named = [*(("acquire.columns", name) for name in columns), ("acquire.time_column", time_column)]
+    named += [("acquire.marker_column", marker_column)]
+    first: dict[str, str] = {}
+    for option, name in named:
+        if name and name in first:
+            both = f"{first[name]} and {option} name" if first[name] != option else f"{option} names twice"
+            raise ConfigError(
+                f"{both} the column {name!r}: a column is one channel, the times, or the markers",
+                cure=f"leave it out of {option if first[name] == option else 'one of them'}",
+            )
+        first[name] = option
+
+
 def _no_columns(path: Path, names: Sequence[str]) -> None:
     raise ConfigError(
         f"acquire.columns is empty: which columns of {path.name} are channels? They are {', '.join(names)}",
@@ -152,12 +172,19 @@ def _timed(
     if not time_column:
         return rate, [(0, len(table))]
     times = _numbers(table[time_column], path)
-    if not np.isfinite(times).all() or np.median(np.diff(times)) <= 0:
+    forward = np.isfinite(times).all() and np.median(np.diff(times)) > 0
+    runs = _runs(times)
+    usual = _usual_rate(times, runs) if forward else 0.0
+    if not usual:
         raise DataError(
             f"{path.name}: the times in {time_column!r} do not go forward, or are no numbers",
             cure="leave acquire.time_column out and set acquire.table_rate",
         )
-    parts = timestamps.segments(times, rate or _usual_rate(times))
+    parts = [
+        (first + start, first + stop)
+        for first, last in runs
+        for start, stop in timestamps.segments(times[first:last], rate or usual)
+    ]
     measured = timestamps.steady(times, parts)[1]
     if rate and abs(measured / rate - 1) > tolerance:
         raise DataError(
@@ -165,17 +192,42 @@ def _timed(
             f"{100 * abs(measured / rate - 1):.1f} % off; allowed: {100 * tolerance:g} % (acquire.rate_tolerance)",
             cure="correct acquire.table_rate; times must be in s",
         )
+    if not rate and not LOWEST_HZ <= measured <= HIGHEST_HZ:
+        raise DataError(
+            f"{path.name}: by {time_column!r} its rows came at {measured:.4g} Hz; "
+            f"allowed: {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz",
+            cure="the times must be in s: convert the column, or leave acquire.time_column out and set "
+            "acquire.table_rate",
+        )
     notes.append(f"{len(table)} rows at {rate or measured:.6g} Hz (measured {measured:.3f} Hz)")
-    if len(parts) > 1:
-        lost = [times[start] - times[start - 1] for start, _ in parts[1:]]
-        notes.append(f"gaps without rows: {len(lost)}, {sum(lost):.2f} s in all; each is a break")
+    _tell_breaks(times, parts, notes)
     return rate or measured, parts
 
 
-def _usual_rate(times: np.ndarray) -> float:
+def _tell_breaks(times: np.ndarray, parts: Sequence[tuple[int, int]], notes: list[str]) -> None:
+    """Say where rows are missing, and where the clock starts again; rows keep the file's order, whatever it says."""
+    steps = [(start, float(times[start] - times[start - 1])) for start, _ in parts[1:]]
+    if lost := [step for _, step in steps if step > 0]:
+        notes.append(f"gaps without rows: {len(lost)}, {sum(lost):.2f} s in all; each is a break")
+    if again := [start for start, step in steps if step <= 0]:
+        listed = ", ".join(f"{at + 1} ({times[at - 1]:.2f} s, then {times[at]:.2f} s)" for at in again[:6])
+        more = f" … ({len(again)})" if len(again) > 6 else ""
+        notes.append(f"the clock starts again at row {listed}{more}: rows stay in the file's order, with a break there")
+
+
+def _runs(times: np.ndarray) -> list[tuple[int, int]]:
+    """Return the stretches of rows (first, one past the last) in which the clock is not set back."""
+    starts = [0, *(int(at) + 1 for at in np.flatnonzero(np.diff(times) < -_SET_BACK_S)), len(times)]
+    return list(pairwise(starts))
+
+
+def _usual_rate(times: np.ndarray, runs: Sequence[tuple[int, int]]) -> float:
+    """Return the usual rate of the longest run in Hz; 0 where its times do not go forward."""
+    first, last = max(runs, key=lambda run: run[1] - run[0])
     # Times that come in packets are equal within one: the middle of long stretches is not.
-    stretch = max(len(times) // 10, 1)
-    return stretch / float(np.median(times[stretch:] - times[:-stretch]))
+    stretch = max((last - first) // 10, 1)
+    period = float(np.median(times[first + stretch : last] - times[first : last - stretch])) if last - first > 1 else 0
+    return stretch / period if period > 0 else 0.0
 
 
 def _numbers(column: pd.Series, path: Path) -> np.ndarray:
