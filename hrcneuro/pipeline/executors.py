@@ -183,19 +183,17 @@ def create(
 
     Args:
         name: One of ``NAMES``.
-        workers: How many jobs run at a time, on this machine.
+        workers: How many jobs run at a time, on this machine; at least 1.
         site: Returns what those for other machines need to know.
         retries: Tells how often a task's job is run again whose worker process died.
 
     Raises:
-        ConfigError: The name is unknown, the number of workers is not positive, or what an executor needs is not here.
+        ConfigError: The name is unknown, or what an executor needs is not here.
     """
     if name not in NAMES:
         raise ConfigError(
             f"unknown executor {name!r}{did_you_mean(name, NAMES)}", cure=f"choose one of: {', '.join(NAMES)}"
         )
-    if workers < 1:
-        raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
     job.one_thread()
     if name in ELSEWHERE:
         assert site is not None
