@@ -33,6 +33,7 @@ def bounded(name: str, command: Callable[..., int]) -> Callable[..., None]:
     def run(options: Options, **values: Any) -> None:
         interrupts.listen()
         try:
+            options.check()
             with contextlib.nullcontext() if options.debug else _libraries_are_silent():
                 code = command(options, **values)
         except StageInterrupted as error:

@@ -25,6 +25,7 @@ from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
 from hrcneuro.pipeline.measured import measured
 from hrcneuro.pipeline.provenance import provenance
+from hrcneuro.pipeline.resources import most, resources, retries
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -164,11 +165,8 @@ def whole(options: Options, settings: Settings) -> walk.Run:
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:
     talk = console(options)
     source = without_login(study.second_cache)
-    if options.executor in executors.ELSEWHERE:
-        study.second_cache = second_cache.for_workers(study.second_cache)
-    workers = options.jobs or executors.cores()
     note = None if options.quiet else partial(talk.say, style="yellow")
-    executor = executors.create(options.executor, workers, lambda: site_of(options, study, note))
+    executor = executor_of(options, study, note)
 
     def tell(item: Item) -> None:
         talk.report(item)
@@ -177,7 +175,7 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
     places = [(task.name, task.unit) for task in study.nodes]
     last = measured(study.workdir, places) if talk.shows_progress else {}
     known = {place: took.seconds for place, took in last.items() if took.seconds}
-    workers = 1 if isinstance(executor, executors.Serial) else workers
+    workers = 1 if isinstance(executor, executors.Serial) else options.jobs or executors.cores()
     progress = Progress(len(places), forecast.Forecast(places, known, workers=workers), workers=workers)
     answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
     try:
@@ -192,10 +190,21 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
     return items
 
 
-def site_of(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
+def executor_of(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> executors.Executor:
+    """Return where the jobs of a study run; a study whose workers are elsewhere knows then what these may read."""
+    if options.executor in executors.ELSEWHERE:
+        study.second_cache = second_cache.for_workers(study.second_cache)
+    return executors.create(
+        options.executor,
+        options.jobs or executors.cores(),
+        lambda: _site(options, study, note),
+        lambda task: retries(task, study.settings.live["cluster"]),
+    )
+
+
+def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
     """Return what an executor for other machines needs to know of a study."""
     from hrcneuro.pipeline.cluster import Site
-    from hrcneuro.pipeline.resources import most, resources
 
     cluster = study.settings.live["cluster"]
     known = most(measured(study.workdir, [(task.name, task.unit) for task in study.nodes]))

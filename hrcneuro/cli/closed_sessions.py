@@ -68,13 +68,13 @@ class Place:
     late: int = 0
 
 
-def all_of(jobs: Sequence[Job], talk: Console, workers: int, ahead: Ahead) -> list[Place]:
+def all_of(jobs: Sequence[Job], talk: Console, workers: int | None, ahead: Ahead) -> list[Place]:
     """Run sessions, several at once; return where their logs lie, in their order.
 
     Args:
         jobs: The sessions.
         talk: Is told how far they are.
-        workers: How many processes; 0 means one for each core.
+        workers: How many processes; None means one for each core.
         ahead: What checks each request to the arm, for sessions in this process; others make their own.
 
     Raises:

@@ -12,14 +12,13 @@ from typing import Any
 from hrcneuro import interrupts, stages
 from hrcneuro.answers.words import counted, roughly
 from hrcneuro.cache.disk import guarded
-from hrcneuro.cli import bring
+from hrcneuro.cli import bring, plan
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.multiverse_plan import Work, planned
 from hrcneuro.cli.options import Options
 from hrcneuro.config.multiverses import Choice
 from hrcneuro.errors import ConfigError, StageError
-from hrcneuro.pipeline import executors, second_cache
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.provenance import provenance
 from hrcneuro.pipeline.runlog import RunLog
@@ -75,11 +74,7 @@ def _run(work: Work, pending: Sequence[Universe], talk: Console, log: RunLog) ->
         return
     options, note = work.options, None if work.options.quiet else partial(talk.say, style="yellow")
     first = work.walk(pending[0])
-    if options.executor in executors.ELSEWHERE:
-        first.second_cache = second_cache.for_workers(first.second_cache)
-    executor = executors.create(
-        options.executor, options.jobs or executors.cores(), lambda: bring.site_of(options, first, note)
-    )
+    executor = bring.executor_of(options, first, note)
     last = last_uses(pending)
     answer = partial(talk.say, "interrupted: what is under way is being ended", style="yellow")
 
@@ -94,6 +89,8 @@ def _run(work: Work, pending: Sequence[Universe], talk: Console, log: RunLog) ->
                 study = work.walk(one)
                 study.second_cache = first.second_cache
                 items = study.run(executor, provenance=provenance, report=tell, tell=note)
+                if again := plan.sent_again(items):
+                    talk.say(f"note: {again}", style="yellow")
                 _judge(work, one, items)
                 _let_go(work, one, items, last)
                 if one.number in work.judged:

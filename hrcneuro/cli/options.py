@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from hrcneuro.cli import completion
+from hrcneuro.errors import ConfigError
 
 WHERE = "auto, serial, processes, dask or slurm"
 
@@ -37,7 +38,10 @@ class Options:
         ),
     ] = None
     workdir: Annotated[Path, typer.Option(help="Where cache/ and results/ lie.")] = Path()
-    jobs: Annotated[int, typer.Option("-j", "--jobs", help="Jobs at a time; 0: one a core, on a cluster all.")] = 0
+    jobs: Annotated[
+        int | None,
+        typer.Option("-j", "--jobs", help="Jobs at a time, 1 or more; without it one a core, on a cluster all."),
+    ] = None
     executor: Annotated[
         str,
         typer.Option(help=f"Where jobs run: {WHERE}.", autocompletion=completion.executors),
@@ -58,6 +62,18 @@ class Options:
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Say more: every hit, and why things run.")] = False
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Say nothing but errors.")] = False
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False
+
+    def check(self) -> None:
+        """Refuse what no command can work with.
+
+        Raises:
+            ConfigError: Fewer jobs at a time than one are asked for.
+        """
+        if self.jobs is not None and self.jobs < 1:
+            raise ConfigError(
+                f"-j {self.jobs} asks for no worker",
+                cure="give -j a number of at least 1, or leave it out for one job a core, on a cluster all",
+            )
 
 
 def with_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -13,7 +13,7 @@ import secrets
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -199,11 +199,10 @@ class Cluster(ABC):
 
     def _done_all_the_same(self, dispatch: Dispatch) -> bool:
         """Settle a dispatch whose worker was lost behind the publishing of its entry; return whether it was."""
-        # A forced job's key may have had an entry before.
-        record = None if dispatch.job.force else _record(dispatch.job)
-        if record is not None:
-            self._settle(dispatch, Outcome(State.RAN, record, Measured.of(record).seconds))
-        return record is not None
+        outcome = done_all_the_same(dispatch.job)
+        if outcome is not None:
+            self._settle(dispatch, outcome)
+        return outcome is not None
 
     def broken(self, dispatch: Dispatch, error: BaseException, *, log: str = "") -> None:
         """Settle a dispatch whose job the engine could not even begin; ``log`` is the end of the worker's, if known."""
@@ -229,12 +228,24 @@ class Cluster(ABC):
         dispatch.future.set_result(Outcome(**{**vars(outcome), "lost": tuple(dispatch.lost)}))
 
 
+def done_all_the_same(job: Job) -> Outcome | None:
+    """Return the outcome of a job whose worker was lost behind the publishing of its entry; None: it was not."""
+    # A forced job's key may have had an entry before.
+    record = None if job.force else _record(job)
+    return None if record is None else Outcome(State.RAN, record, Measured.of(record).seconds)
+
+
+def counted(reasons: Sequence[str]) -> str:
+    """Return reasons in a person's words, each once: ``its 10 min ran out; its node failed, 2 times``."""
+    counts = {reason: reasons.count(reason) for reason in reasons}
+    return "; ".join(f"{reason}{f', {n} times' if n > 1 else ''}" for reason, n in counts.items())
+
+
 def _missing(dispatch: Dispatch) -> StageError:
-    task, counts = dispatch.job.task, {reason: dispatch.lost.count(reason) for reason in dispatch.lost}
+    task = dispatch.job.task
     stage = f"cluster.stages.{task.subject}"
-    times = [f"{reason}{f', {n} times' if n > 1 else ''}" for reason, n in counts.items()]
     return StageError(
-        f"{task} is missing: {'; '.join(times)}",
+        f"{task} is missing: {counted(dispatch.lost)}",
         cure="the same command goes on from here, with what is missing alone; where memory or time ran out, give more: "
         f"--set {stage}.memory_gb=8 --set {stage}.minutes=120 --set {stage}.retries=5",
     )

@@ -1,5 +1,5 @@
-"""Where jobs run: in this process, in worker processes on this machine (both here), or on other machines
-(``cluster``). Each has the shape of concurrent.futures.
+"""Where jobs run: in this process, in worker processes on this machine (both here; ``on_processes`` runs a job again
+whose worker died), or on other machines (``cluster``). Each has the shape of concurrent.futures.
 
 The worker pool is our own. Held against pebble 5.2 and loky 3.7, which were given all that their public interfaces let
 one add (``benchmarks/bench_pool.py``; docs/benchmarks.md has the figures), it is kept for three reasons:
@@ -34,6 +34,7 @@ from hrcneuro.pipeline.item import State
 
 if TYPE_CHECKING:
     from hrcneuro.pipeline.cluster import Site
+    from hrcneuro.pipeline.graph import Task
 
 ELSEWHERE = ("dask", "slurm")
 """Those whose workers are on other machines."""
@@ -78,7 +79,15 @@ class Serial:
 
 
 class WorkerDied(Exception):
-    """A worker process ended before its job did."""
+    """A worker process ended before its job did.
+
+    Attributes:
+        lost: Why the job had to be run again, each time; empty where nobody has counted.
+    """
+
+    def __init__(self, cause: str, *, lost: tuple[str, ...] = ()) -> None:
+        super().__init__(cause)
+        self.lost = lost
 
 
 class Processes:
@@ -164,28 +173,36 @@ class _Worker:
         raise value
 
 
-def create(name: str, workers: int, site: Callable[[], Site] | None = None) -> Executor:
+def create(
+    name: str,
+    workers: int,
+    site: Callable[[], Site] | None = None,
+    retries: Callable[[Task], int] = lambda task: 0,
+) -> Executor:
     """Return an executor; ``auto`` means processes where more than one worker is asked for.
 
     Args:
         name: One of ``NAMES``.
-        workers: How many jobs run at a time, on this machine.
+        workers: How many jobs run at a time, on this machine; at least 1.
         site: Returns what those for other machines need to know.
+        retries: Tells how often a task's job is run again whose worker process died.
 
     Raises:
-        ConfigError: The name is unknown, the number of workers is not positive, or what an executor needs is not here.
+        ConfigError: The name is unknown, or what an executor needs is not here.
     """
     if name not in NAMES:
         raise ConfigError(
             f"unknown executor {name!r}{did_you_mean(name, NAMES)}", cure=f"choose one of: {', '.join(NAMES)}"
         )
-    if workers < 1:
-        raise ConfigError(f"-j {workers} asks for no worker", cure="give -j a number of at least 1")
     job.one_thread()
     if name in ELSEWHERE:
         assert site is not None
         return _on_cluster(name, site())
-    return Serial() if name == "serial" or (name == "auto" and workers == 1) else Processes(workers)
+    if name == "serial" or (name == "auto" and workers == 1):
+        return Serial()
+    from hrcneuro.pipeline.on_processes import LocalJobs
+
+    return LocalJobs(workers, retries)
 
 
 def _on_cluster(name: str, site: Site) -> Executor:
@@ -201,9 +218,11 @@ def _on_cluster(name: str, site: Site) -> Executor:
 
 def outcome(future: futures.Future, name: str) -> job.Outcome:
     """Return what became of a submitted ``job.execute``, also where it never came back."""
+    lost: tuple[str, ...] = ()
     try:
         return future.result()
     except WorkerDied as death:
+        lost = death.lost
         error = StageError(
             f"the worker of {name} died: {death}",
             cure="if memory ran out, use fewer workers (-j 1); the same command goes on from here",
@@ -213,7 +232,7 @@ def outcome(future: futures.Future, name: str) -> job.Outcome:
             f"{name} came to no result: {type(unknown).__name__}: {unknown}",
             cure="run it again with --executor serial --debug, and please report it as a bug",
         )
-    return job.Outcome(State.FAILED, error=error)
+    return job.Outcome(State.FAILED, error=error, lost=lost)
 
 
 def cores() -> int:

@@ -61,14 +61,15 @@ class Dask(Cluster):
                     memory_limit=0,
                 )
             try:
-                self._client = self._distributed.Client(
-                    address or self._cluster, timeout=_CONNECT_S, set_as_default=False
-                )
-            except (OSError, ValueError, TimeoutError) as error:
+                self._client = _client(self._distributed, address or self._cluster)
+            except Exception as error:
+                # Of many kinds: dask leaves open what it raises of an address, a certificate or another version.
+                if not address:
+                    raise
                 raise ConfigError(
                     f"no dask scheduler answers at {address!r}: {str(error) or type(error).__name__}",
-                    cure="start one, 'dask scheduler', then workers, 'dask worker ADDRESS'; or leave out "
-                    "cluster.scheduler for workers on this machine",
+                    cure="give its address with the port, as tcp://head:8786; start one, 'dask scheduler', then "
+                    "workers, 'dask worker ADDRESS'; or leave out cluster.scheduler for workers on this machine",
                 ) from error
             threading.Thread(target=self._look_after, name="dask", daemon=True).start()
 
@@ -144,6 +145,21 @@ class Dask(Cluster):
             return len(self._client.nthreads()) if self._client.status == "running" else 0
         except Exception:
             return 0
+
+
+def _client(distributed: Any, where: Any) -> Any:
+    """Return a client that is connected with a scheduler, or nothing: half of one would speak up when Python ends."""
+
+    class Whole(distributed.Client):
+        def start(self, **how: Any) -> None:
+            try:
+                super().start(**how)
+            except BaseException:
+                with contextlib.suppress(Exception):
+                    self.close(timeout=_CONNECT_S)
+                raise
+
+    return Whole(where, timeout=_CONNECT_S, set_as_default=False)
 
 
 @contextlib.contextmanager

@@ -61,5 +61,11 @@ def resources(task: Task, options: ClusterOptions, known: Mapping[Kind, Measured
     return Resources(
         memory_gb=own.memory_gb or options.memory_gb or memory,
         minutes=own.minutes or options.minutes or minutes,
-        retries=options.retries if own.retries < 0 else own.retries,
+        retries=retries(task, options),
     )
+
+
+def retries(task: Task, options: ClusterOptions) -> int:
+    """Return how often a task's job is sent again where its worker was lost: its stage's value, else that for all."""
+    own = options.stages.get(task.subject, StageResources()).retries
+    return options.retries if own < 0 else own

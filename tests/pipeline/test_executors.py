@@ -181,9 +181,7 @@ def test_the_executor_that_is_asked_for_is_made(monkeypatch, name, workers, kind
         assert isinstance(made, kind)
 
 
-def test_an_unknown_executor_and_no_worker_are_refused_with_what_is_allowed():
+def test_an_unknown_executor_is_refused_with_what_is_allowed():
     with pytest.raises(ConfigError, match=r"'procesess' \(did you mean 'processes'\?\)") as refused:
         executors.create("procesess", 2)
     assert "auto, serial, processes" in refused.value.cure
-    with pytest.raises(ConfigError, match="-j 0"):
-        executors.create("auto", 0)

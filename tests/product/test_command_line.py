@@ -144,13 +144,28 @@ def test_the_version_is_printed(hrcneuro):
     assert re.fullmatch(r"hrcneuro \d+\.\d+\.\d+\n", hrcneuro("--version").out)
 
 
+# Those that start workers, copies of their own, or none at all.
+NO_WORKER = [
+    [*words, "-j", "-3"]
+    for words in (
+        ["epoch"],
+        ["run"],
+        ["status"],
+        ["cache", "push", "bucket"],
+        ["cache", "pull", "bucket"],
+        ["path", "epoch", "s01"],
+    )
+]
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
         (["epok"], 2, ["No such command"]),
         (["epoch", "--colour"], 2, ["No such option"]),
         (["epoch", "s1"], 2, ["unknown subject 's1'", "did you mean 's", "cure"]),
-        (["epoch", "-j", "-3"], 2, ["-j -3", "at least 1"]),
+        *((words, 2, ["-j -3", "at least 1", "cure"]) for words in NO_WORKER),
+        (["epoch", "-j", "0"], 2, ["-j 0", "at least 1"]),
         (["epoch", "--executor", "procesess"], 2, ["did you mean 'processes'"]),
         (["epoch", "--config", "nowhere.toml"], 2, ["nowhere.toml does not exist"]),
         (["epoch", "--config", "smok"], 2, ["no configuration has the name 'smok' (did you mean 'smoke'?)", "paper"]),

@@ -100,19 +100,51 @@ def test_an_interrupt_ends_it_soon_and_leaves_nothing_half_written(run, tiny, nu
         assert json.loads(out)["error"]["problem"] == ENDS.get(number, (130, "interrupted"))[1]
 
 
-def test_a_killed_worker_costs_its_own_job_only(hrcneuro, run, tiny):
+def kill_worker_of(folder):
+    """Kill the worker whose temporary folder this is; return its process."""
+    worker = int(folder.name.rpartition("-")[2])
+    os.kill(worker, signal.SIGKILL)
+    return worker
+
+
+def ended(process):
+    """Return the items of a run with ``--json`` by their names, and what it said."""
+    out, err = process.communicate(timeout=120)
+    return {f"{i['stage']} {i['unit']}": i for i in json.loads(out)["items"]}, err
+
+
+def test_the_job_of_a_killed_worker_is_run_again_and_named_and_nothing_else_is(hrcneuro, run, tiny):
     process = run("-j", "2", "--json")
     victim = at_work(tiny, "acquire")[0]
-    os.kill(int(victim.name.rpartition("-")[2]), signal.SIGKILL)
-    out, err = process.communicate(timeout=120)
-    items = {f"{i['stage']} {i['unit']}": i for i in json.loads(out)["items"]}
+    kill_worker_of(victim)
+    items, err = ended(process)
     unit = victim.parent.name
-    other = {"s01": "s02", "s02": "s01"}[unit]
+    assert process.returncode == 0, err
+    assert {item["state"] for item in items.values()} == {"ran"}
+    assert items[f"acquire {unit}"]["lost"] == ["its worker died: it was ended by SIGKILL"]
+    assert [name for name, item in items.items() if "lost" in item] == [f"acquire {unit}"]
+    assert f"sent to a worker again, and complete: acquire of {unit} (its worker died: it was ended by SIGKILL)" in err
+    again = hrcneuro("run", tiny / "pipeline.toml", "--workdir", tiny / "study", "-j", "1", "--no-figures", "--json")
+    assert set(again.states.values()) == {"hit"}
+    assert half_written(tiny) == []
+
+
+def test_a_job_that_kills_each_of_its_workers_fails_after_its_tries_and_costs_no_other(hrcneuro, run, tiny):
+    process = run("-j", "2", "--json", "--set", "cluster.stages.acquire.retries=1")
+    victim = at_work(tiny, "acquire")[0]
+    unit, first = victim.parent, kill_worker_of(victim)
+    (second,) = wait_for(lambda: [one for one in unit.glob(".tmp-*") if not one.name.endswith(f"-{first}")])
+    kill_worker_of(second)
+    items, err = ended(process)
+    other = {"s01": "s02", "s02": "s01"}[unit.name]
+    failed = items[f"acquire {unit.name}"]
     assert process.returncode == 1
-    assert items[f"acquire {unit}"]["state"] == "failed"
-    assert "SIGKILL" in items[f"acquire {unit}"]["error"]["problem"]
-    assert f"error: acquire of {unit}" in err
-    assert items[f"epoch {unit}"]["state"] == "blocked"
+    assert failed["state"] == "failed"
+    assert failed["error"]["problem"] == f"the worker of acquire of {unit.name} died: it was ended by SIGKILL, 2 times"
+    assert "use fewer workers (-j 1)" in failed["error"]["cure"]
+    assert failed["lost"] == ["its worker died: it was ended by SIGKILL"] * 2
+    assert f"error: acquire of {unit.name}" in err
+    assert items[f"epoch {unit.name}"]["state"] == "blocked"
     assert items[f"epoch {other}"]["state"] == "ran"
     assert items["simulate group"]["state"] == "ran"
     again = hrcneuro("run", tiny / "pipeline.toml", "--workdir", tiny / "study", "-j", "1", "--no-figures", "--json")

@@ -164,9 +164,21 @@ def test_an_interrupt_leaves_neither_workers_nor_anything_half_written(tiny, beg
     wait_for(lambda: not alive(process.pid))
 
 
-def test_a_scheduler_that_is_not_there_is_named_with_what_to_start(hrcneuro, tiny):
-    address = "tcp://127.0.0.1:1"
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("tcp://127.0.0.1:1", ""),
+        ("foo", "missing port number"),
+        ("tcp://head", "missing port number"),
+        ("head://127.0.0.1:1", "unknown address scheme 'head'"),
+        ("tls://127.0.0.1:1", "TLS"),
+    ],
+)
+def test_a_scheduler_that_is_not_there_is_named_with_what_to_start_and_nothing_else(hrcneuro, tiny, address, words):
     done = hrcneuro(*RUN, "--executor", "dask", "--set", f"cluster.scheduler={address}", cwd=tiny)
     assert done.code == 2
-    assert f"no dask scheduler answers at '{address}'" in done.err
-    assert "dask scheduler" in done.err
+    problem, cure = done.err.splitlines()
+    assert problem.startswith(f"error: no dask scheduler answers at '{address}': ")
+    assert words in problem
+    assert "with the port, as tcp://head:8786" in cure
+    assert "'dask scheduler'" in cure
