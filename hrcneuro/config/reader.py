@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import types
 import typing
 from collections.abc import Mapping
@@ -154,7 +155,9 @@ class Reader:
         if hint is str:
             return self.text(value, name, meta)
         if hint in (int, float) and (flaw := _flaw(value, meta)):
-            allowed = allowed_range(name.rpartition(".")[2].partition("[")[0], meta)
+            limited = not (meta.get("low") is None and meta.get("high") is None)
+            key = name.rpartition(".")[2].partition("[")[0]
+            allowed = allowed_range(key, meta) if limited else "any finite number"
             self.mistakes.append(f"{self.said_by(name)}: {name} = {value!r} {flaw}; allowed: {allowed}")
         return value
 
@@ -194,6 +197,9 @@ def allowed_range(key: str, meta: Mapping[str, Any]) -> str:
 
 def _flaw(value: float, meta: Mapping[str, Any]) -> str:
     """Return what is wrong with a number, and what was perhaps meant; an empty string where nothing is."""
+    # Also where a range has no upper end: no option means anything by infinity, and 1e999 is read as one.
+    if not math.isfinite(value):
+        return "is no finite number"
     # 1 alone may be the whole, or 1 %; beside larger numbers it can only be the latter.
     if meta.get("unit") == "%" and (0 < value < 1 or (value == 1 and meta.get("beside", 0) <= 1)):
         return f"looks like a share, and percent are meant here (did you mean {value * 100:g}?)"
@@ -213,8 +219,6 @@ def _largest(values: Any) -> float:
 
 def _within(value: float, meta: Mapping[str, Any]) -> bool:
     low, high = meta.get("low"), meta.get("high")
-    if value != value:
-        return False
     above = low is None or (value > low if meta.get("open_low") else value >= low)
     return above and (high is None or value <= high)
 

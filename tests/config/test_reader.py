@@ -33,6 +33,7 @@ class Config:
     axes: dict[str, tuple[float, ...]] = option(
         {}, "lists", keys={"accuracy": {"low": 0, "high": 100, "unit": "%"}, "n": {"low": 2, "high": 9, "whole": True}}
     )
+    minutes: float = option(0.0, "time of a job", unit="min", low=0)
 
 
 def read(values, **how):
@@ -70,7 +71,12 @@ def test_values_of_every_type_are_read_with_their_origin():
         ({"l_freq": "one"}, ["preprocess.l_freq = 'one'", "a string", "a number"]),
         ({"l_freq": True}, ["true or false", "a number"]),
         ({"l_freq": 0}, ["0 < l_freq <= 100 Hz"]),
-        ({"l_freq": float("nan")}, ["0 < l_freq <= 100 Hz"]),
+        ({"l_freq": float("nan")}, ["l_freq = nan is no finite number", "0 < l_freq <= 100 Hz"]),
+        ({"l_freq": float("inf")}, ["l_freq = inf is no finite number", "0 < l_freq <= 100 Hz"]),
+        ({"minutes": float("inf")}, ["minutes = inf is no finite number; allowed: 0 <= minutes min"]),
+        ({"minutes": float("-inf")}, ["minutes = -inf is no finite number"]),
+        ({"limit": float("inf")}, ["limit = inf is no finite number; allowed: any finite number"]),
+        ({"rate": float("inf")}, ["rate = inf is no finite number"]),
         ({"window": [0, 5]}, ["preprocess.window[1] = 5.0", "-1 <= window <= 2"]),
         ({"names": "Cz"}, ["a list of a string"]),
         ({"labels": ["a"]}, ["a table of a string"]),
