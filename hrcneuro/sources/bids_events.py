@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.sources.bids_tables import NO_WORD, cells_of, rows_of
+from hrcneuro.sources.bids_tables import NO_WORD, cells_of
 
 COLUMNS = ("trial_type", "value")
 """Columns that name events where no option says which, the first that is there."""
@@ -103,12 +103,16 @@ def _look(table: Path, _changed_ns: int, _size: int) -> Look:
             f"{table.name} has no column 'onset'{did_you_mean('onset', header)}; its columns are {', '.join(header)}",
             cure="write it as BIDS has it: onset and duration in s, and a column that names the events",
         )
-    naming: set[str] = set()
-    for row in rows_of(header, lines):
-        onset, _ = (seconds(row.get(name, "n/a"), table) for name in ("onset", "duration"))
-        if onset == onset:
-            naming |= {name for name, cell in row.items() if name not in naming and cell.lower() not in NO_WORD}
-    return Look(table.name, tuple(header), len(lines), frozenset(naming))
+    places = [header.index(name) for name in ("onset", "duration") if name in header]
+    # Most columns have a word in the first row: what is left to look for is soon little.
+    silent = dict(enumerate(header))
+    for line in lines:
+        onset, *_ = [seconds(line[at].strip() if at < len(line) else "n/a", table) for at in places]
+        if onset == onset and silent:
+            words = [at for at in silent if at < len(line) and line[at].strip().lower() not in NO_WORD]
+            silent = {at: name for at, name in silent.items() if at not in words}
+    naming = frozenset(header) - frozenset(silent.values())
+    return Look(table.name, tuple(header), len(lines), naming)
 
 
 def _column(one: Look, wanted: str) -> str:

@@ -45,8 +45,8 @@ def root_of(path: str) -> Path:
             f"the BIDS data set {root} {'is a file' if root.exists() else 'does not exist'}",
             cure="name its root, the folder that holds sub-…: acquire.path = 'FOLDER'",
         )
-    if not _homes(root):
-        near = next((one for one in (*root.absolute().parents, *_inside(root)) if _homes(one)), None)
+    if not _has_subjects(root):
+        near = next((one for one in (*root.absolute().parents, *_inside(root)) if _has_subjects(one)), None)
         raise DataError(
             f"{root} holds no subject (sub-…): it is not the root of a BIDS data set",
             cure=f"name its root: acquire.path = '{near or 'FOLDER'}'",
@@ -54,9 +54,13 @@ def root_of(path: str) -> Path:
     return root
 
 
-def _homes(root: Path) -> list[Path]:
-    """Return the subjects' folders; a recording whose name begins with sub-… is none."""
-    return [one for one in root.glob("sub-*") if one.is_dir()]
+def _homes(root: Path) -> Iterator[Path]:
+    """Yield the subjects' folders; a recording whose name begins with sub-… is none."""
+    return (one for one in root.glob("sub-*") if one.is_dir())
+
+
+def _has_subjects(root: Path) -> bool:
+    return any(True for _ in _homes(root))
 
 
 def _inside(root: Path) -> list[Path]:
@@ -69,7 +73,7 @@ def subjects(root: Path) -> tuple[str, ...]:
     Raises:
         DataError: There is none; the message says what was looked for.
     """
-    homes = _homes(root)
+    homes = list(_homes(root))
     have = {one.name.removeprefix("sub-") for one in homes if any(_candidates(one))}
     if not have:
         raise DataError(
