@@ -14,6 +14,7 @@ from typing import Any
 
 from hrcneuro.errors import ConfigError
 from hrcneuro.pipeline.cluster import Cluster, Dispatch, Site
+from hrcneuro.pipeline.dask_deadlines import Deadlines, end_workers, places
 from hrcneuro.pipeline.worker import work
 
 _CONNECT_S = 5.0
@@ -41,6 +42,8 @@ class Dask(Cluster):
         self._client: Any = None
         self._cluster: Any = None
         self._sent: dict[Dispatch, Any] = {}
+        self._guard = threading.Lock()
+        self._deadlines = Deadlines()
         self._ended = threading.Event()
 
     def open(self) -> None:
@@ -108,6 +111,8 @@ class Dask(Cluster):
 
     def _ended_there(self, dispatch: Dispatch, done: Any) -> None:
         """Say what became of a job; called in a thread of dask's."""
+        if not self._take(dispatch, done):
+            return
         try:
             if done.status == "finished":
                 self.arrived(dispatch, done.result())
@@ -121,9 +126,32 @@ class Dask(Cluster):
                 self.missing(dispatch, "the dask scheduler dropped it")
         except Exception as error:
             self.broken(dispatch, error)
-        finally:
-            if self._sent.get(dispatch) is done:
-                self._sent.pop(dispatch, None)
+
+    def _take(self, dispatch: Dispatch, sent: Any) -> bool:
+        """Take a job out of what is under way; return whether nobody else has: it is settled or sent again once."""
+        with self._guard:
+            mine = self._sent.get(dispatch) is sent
+            if mine:
+                del self._sent[dispatch]
+            return mine
+
+    def _end_late(self) -> None:
+        """Send jobs again whose time ran out, once the workers that hang in them are ended."""
+        sent = dict(self._sent)
+        try:
+            late = self._deadlines.over(self.folder, sent, places(self._client)) if sent else {}
+        except Exception:
+            # A scheduler that does not answer is looked after elsewhere.
+            return
+        mine = {dispatch: worker for dispatch, worker in late.items() if self._take(dispatch, sent[dispatch])}
+        if not mine:
+            return
+        with contextlib.suppress(Exception):
+            # First: else the scheduler gives them to other workers by itself, with no more time.
+            self._client.cancel([sent[dispatch] for dispatch in mine], force=True)
+        end_workers(self._client, set(mine.values()), self.site.options.wait_s)
+        for dispatch in mine:
+            self.lost(dispatch, f"its {dispatch.resources.minutes} min ran out", ran_out_of="time")
 
     def _look_after(self) -> None:
         """Look for late entries; end the wait for a scheduler that has had no worker for long, or is gone itself."""
@@ -131,6 +159,7 @@ class Dask(Cluster):
         noted = False
         while not self._ended.wait(_LOOK_S):
             self.look_for_entries()
+            self._end_late()
             if self._workers() or not self.under_way:
                 seen, noted = time.monotonic(), False
             elif time.monotonic() - seen > wait_s:

@@ -140,7 +140,7 @@ def _begin(ticket: Ticket) -> int:
     """Note that a worker begins the job; return how many have, with this one."""
     folder, count = ticket.job.root / RUNS / ticket.run, 1
     while True:
-        path = folder / f"{_name(ticket.job)}.begun-{count}"
+        path = folder / f"{begun_as(ticket.job)}.begun-{count}"
         try:
             path.open("x").close()
         except FileExistsError:
@@ -201,5 +201,6 @@ def _stamps() -> dict[str, tuple[int, int]]:
     return found
 
 
-def _name(job: jobs.Job) -> str:
+def begun_as(job: jobs.Job) -> str:
+    """Return what the marks of those that begin a job are called, without their number."""
     return f"{job.task.name}-{job.task.unit}-{job.key}"
