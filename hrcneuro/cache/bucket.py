@@ -15,14 +15,12 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from hrcneuro.cache.address import absent, read_address, without_login
 from hrcneuro.cache.disk import LARGEST, flush, make_folder, share
 from hrcneuro.cache.filesystems import CHUNK, SSH, below, lstat, send, ssh_options
 from hrcneuro.cache.record import Entry, is_entry, is_key
-from hrcneuro.errors import ConfigError, DataError, HrcError, StageError, did_you_mean
+from hrcneuro.errors import DataError, HrcError, StageError
 
-PROTOCOLS = ("file", "s3", "sftp", "ssh")
-_ALSO_IN_TESTS = ("memory",)
-_NEEDS = {"s3": "s3fs", "sftp": "paramiko", "ssh": "paramiko"}
 _SUFFIX = ".json"
 
 
@@ -31,17 +29,17 @@ class Bucket:
 
     Args:
         url: ``s3://…``, ``ssh://…``, ``sftp://…``, ``file://…`` or a folder.
+        cache: The cache that it stands beside, which it may not lie in.
 
     Raises:
-        ConfigError: The URL is of no kind that can be used, or the extra ``remote`` is not installed.
+        ConfigError: The URL is of no kind that can be used, looks like a slip, or lies in the cache; or the extra
+            ``remote`` is not installed.
     """
 
-    def __init__(self, url: str) -> None:
-        # As it is: fsspec takes no %20 for a blank.
-        self.url = url if "://" in url else f"file://{Path(url).expanduser().absolute()}"
+    def __init__(self, url: str, *, cache: Path | None = None) -> None:
+        self.url = read_address(url, cache=cache)
         self.protocol = self.url.partition("://")[0]
         self._own = threading.local()
-        _check(self.url, self.protocol)
 
     def __str__(self) -> str:
         return without_login(self.url)
@@ -213,7 +211,7 @@ class Bucket:
         except (HrcError, KeyboardInterrupt, GeneratorExit):
             raise
         except ImportError as error:
-            raise _absent(self.protocol) from error
+            raise absent(self.protocol) from error
         except Exception as error:
             if self.protocol in SSH:
                 self._hang_up()
@@ -232,45 +230,6 @@ class Bucket:
 
 
 _AGAIN = "push it anew from a machine whose cache is sound: hrcneuro cache push URL --force"
-
-
-def without_login(url: str) -> str:
-    """Return a URL without the user and the password in it."""
-    head, mark, rest = url.partition("://")
-    if not mark:
-        return url
-    if has_password(url):
-        # Also one with a slash in it, of which no host would begin where it seems to.
-        rest = rest.rpartition("@")[2]
-    place, slash, path = rest.partition("/")
-    return f"{head}://{place.rpartition('@')[2]}{slash}{path}"
-
-
-def has_password(url: str) -> bool:
-    """Return whether a URL has a password or a secret key in front of its host."""
-    return ":" in url.partition("://")[2].rpartition("@")[0]
-
-
-def _check(url: str, protocol: str) -> None:
-    if protocol not in (*PROTOCOLS, *_ALSO_IN_TESTS) or "::" in url:
-        raise ConfigError(
-            f"{without_login(url)!r} is no place for a cache that can be used{did_you_mean(protocol, PROTOCOLS)}; "
-            f"allowed: {', '.join(f'{name}://' for name in PROTOCOLS)} and a folder",
-            cure="such as s3://BUCKET/FOLDER, ssh://HOST/FOLDER or /mnt/shared/cache",
-        )
-    import importlib.util
-
-    for name in ("fsspec", *([_NEEDS[protocol]] if protocol in _NEEDS else [])):
-        if importlib.util.find_spec(name) is None:
-            raise _absent(protocol)
-
-
-def _absent(protocol: str) -> ConfigError:
-    return ConfigError(
-        f"{protocol}:// needs {' and '.join(['fsspec', *([_NEEDS[protocol]] if protocol in _NEEDS else [])])}, "
-        "which is not installed",
-        cure="pip install 'hrcneuro[remote]'",
-    )
 
 
 def _entry_of(name: str) -> Entry | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hrcneuro import interrupts, stages
-from hrcneuro.cache.bucket import without_login
+from hrcneuro.cache.address import without_login
 from hrcneuro.cli.at_once import answered
 from hrcneuro.cli.console import Console
 from hrcneuro.cli.options import Options
@@ -126,14 +126,15 @@ def bring(
         for note in (*stages.load(name).notes(settings.sections[name]), *settings.remarks.get(name, ())):
             console(options).say(f"note: {note}", style="yellow")
         stages.load(name).ready(settings.sections[name])
+    workdir = Workdir(options.workdir)
     study = walk.Run(
         settings,
-        Workdir(options.workdir),
+        workdir,
         tasks,
         verify=options.verify,
         # A whole study goes on with what is there; who names a stage wants its files.
         whole=() if joint else wanted,
-        second_cache=second_cache.named(options.second_cache),
+        second_cache=second_cache.named(options.second_cache, cache=workdir.cache.root),
     )
     forced = _forced(wanted, tasks) if options.force else []
     if graph.in_real_time(settings, tasks):
@@ -159,7 +160,8 @@ def whole(options: Options, settings: Settings) -> walk.Run:
     workdir = Workdir(options.workdir)
     known = sides.remembered(settings, workdir)
     tasks = _graph(options, known, graph.targets(known, settings.stages, ()), joint=True)
-    return walk.Run(known, workdir, tasks, verify=options.verify, second_cache=second_cache.named(options.second_cache))
+    second = second_cache.named(options.second_cache, cache=workdir.cache.root)
+    return walk.Run(known, workdir, tasks, verify=options.verify, second_cache=second)
 
 
 def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[Item]:

@@ -75,7 +75,7 @@ class Work:
             self.place,
             one.graph,
             verify=self.options.verify,
-            second_cache=second_cache.named(self.options.second_cache),
+            second_cache=second_cache.named(self.options.second_cache, cache=self.place.cache.root),
             keys=self.keys.of(one.settings),
         )
 

@@ -44,7 +44,8 @@ def push(
     from hrcneuro.cache.record import entry_of
     from hrcneuro.pipeline.workdir import Workdir
 
-    workdir, bucket = Workdir(options.workdir), Bucket(url)
+    workdir = Workdir(options.workdir)
+    bucket = Bucket(url, cache=workdir.cache.root)
     there = {entry_of(folder) for folder in workdir.cache.entries()}
     wanted = sorted(_of(there if every else there & workdir.keys(), stages))
     if options.dry_run:
@@ -72,7 +73,8 @@ def pull(options: Options, url: _URL, stages: _STAGES = None) -> int:
     from hrcneuro.pipeline.graph import FORMATS
     from hrcneuro.pipeline.workdir import Workdir
 
-    workdir, bucket = Workdir(options.workdir), Bucket(url)
+    workdir = Workdir(options.workdir)
+    bucket = Bucket(url, cache=workdir.cache.root)
     there, odd = bucket.records()
     if not (there or odd):
         raise DataError(f"{bucket} has no entry", cure="check the address; hrcneuro cache push URL puts entries there")

@@ -12,7 +12,7 @@ from hrcneuro.config.settings import Settings
 from hrcneuro.contract import GROUP, OF_ALL, is_piece
 from hrcneuro.pipeline.item import Item, State
 from hrcneuro.pipeline.measured import measured, of_kind
-from hrcneuro.pipeline.workdir import Workdir
+from hrcneuro.pipeline.workdir import FIGURES, Workdir
 
 # Bytes a channel and second of a recording, as synthetic subjects of the paper's size wrote them at the default
 # options (1000 Hz, 512 Hz from preprocess on), together 0.68 GB a subject; the tables of erp and ersp hardly depend on
@@ -22,6 +22,15 @@ _OF_SUBJECT = {
     "rerp": 45, "transfer": 65, "calibrate": 2
 }  # fmt: skip
 _OF_GROUP = {"erp": 27_000_000, "ersp": 135_000_000, "decode": 60_000, "simulate": 1_000_000, "transfer": 100_000}
+# Pictures in bytes, as the smoke study drew them: their size hardly depends on the length of a session.
+_PICTURES_OF_SUBJECT = {
+    "preprocess": 400_000, "epoch": 120_000, "erp": 2_600_000, "ersp": 800_000, "decode": 1_200_000, "robot": 650_000
+}  # fmt: skip
+_PICTURES_OF_GROUP = {
+    "erp": 7_300_000, "ersp": 2_800_000, "decode": 100_000, "simulate": 1_000_000,
+    "cases": 2_200_000, "confound": 140_000, "moves": 160_000, "quality": 220_000
+}  # fmt: skip
+_OTHER_PICTURES = 1_000_000
 # Of their tables the sampling rate decides nothing.
 _AT_ANY_RATE = ("robot", "transfer", "calibrate")
 _RECORDED_HZ, _PREPROCESSED_HZ = 1000.0, 512.0
@@ -92,14 +101,20 @@ def expected(workdir: Workdir, items: Iterable[Item], settings: Settings) -> Dis
         known = None if own is None else own.size
         if known is None and alike[kind]:
             known = round(statistics.median(alike[kind]))
-        if known is None and not item.draws:
-            known = estimate(item.stage, item.unit, settings)
+        if known is None:
+            known = _pictures(item) if item.draws else estimate(item.stage, item.unit, settings)
             estimated += known or 0
             if known is None:
                 unknown.append(item.stage)
         total += known or 0
     free = free_bytes(workdir.cache.root)
     return DiskForecast(len(coming), total, estimated, tuple(dict.fromkeys(unknown)), free)
+
+
+def _pictures(item: Item) -> int:
+    """Return what a task that draws will write, in bytes, where nothing of the kind has been drawn."""
+    sizes = _PICTURES_OF_GROUP if item.unit in OF_ALL else _PICTURES_OF_SUBJECT
+    return sizes.get(item.stage.removesuffix(FIGURES), _OTHER_PICTURES)
 
 
 def estimate(stage: str, unit: str, settings: Settings) -> int | None:

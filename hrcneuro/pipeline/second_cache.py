@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from hrcneuro.cache import transfer
-from hrcneuro.cache.bucket import Bucket, has_password, without_login
+from hrcneuro.cache.address import has_password, read_address, without_login
+from hrcneuro.cache.bucket import Bucket
 from hrcneuro.cache.record import Entry, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.errors import ConfigError, HrcError, StageError
@@ -20,14 +22,20 @@ _silent_until: dict[str, float] = {}
 _AGAIN_S, _TIMES_ITS_COST = 60.0, 10.0
 
 
-def named(given: str | None) -> str:
+def named(given: str | None, *, cache: Path | None = None) -> str:
     """Return the URL of the second cache that a command or the environment names; an empty string for none.
 
+    An empty variable of the environment names none; an empty option is a slip.
+
+    Args:
+        given: What the command names; None where it names none.
+        cache: The first cache, which it may not lie in.
+
     Raises:
-        ConfigError: It is of no kind that can be used, or the extra ``remote`` is not installed.
+        ConfigError: It is no address that can be used (``read_address``).
     """
-    url = given or os.environ.get("HRCNEURO_FROM") or ""
-    return Bucket(url).url if url else ""
+    url = os.environ.get("HRCNEURO_FROM") or None if given is None else given
+    return "" if url is None else read_address(url, cache=cache)
 
 
 def for_workers(url: str) -> str:

@@ -10,7 +10,8 @@ import pytest
 
 from hrcneuro.cache import bucket as buckets
 from hrcneuro.cache import fingerprint, transfer
-from hrcneuro.cache.bucket import Bucket, without_login
+from hrcneuro.cache.address import without_login
+from hrcneuro.cache.bucket import Bucket
 from hrcneuro.cache.record import PULLED, RECORD, Record
 from hrcneuro.cache.store import Store
 from hrcneuro.cache.transfer import Fate

@@ -43,9 +43,8 @@ def test_a_task_is_expected_to_write_what_it_wrote_last_and_others_what_their_ki
 def test_what_is_there_wants_nothing_and_what_never_ran_is_named(workdir, settings):
     written(workdir, "scale", "s01", 10)
     fresh = [Item("scale", "s01", state=State.HIT)]
-    pictures = Item("total.figures", "group", draws=True, state=State.WOULD_RUN)
-    found = expected(workdir, [*fresh, *would_run(("total", "group")), pictures], settings)
-    assert (found.tasks, found.size, found.unknown) == (2, 0, ("total",))
+    found = expected(workdir, [*fresh, *would_run(("total", "group"))], settings)
+    assert (found.tasks, found.size, found.unknown) == (1, 0, ("total",))
     assert "not known before something has run" in str(found)
 
 
@@ -61,6 +60,24 @@ def test_before_the_first_run_a_subject_of_the_paper_s_size_is_estimated(workdir
     assert 0.55e9 < found.size < 0.75e9
     assert (found.estimated, found.unknown, found.enough) == (found.size, (), found.size <= found.free)
     assert "an estimate by the length of a session" in str(found)
+
+
+def test_pictures_count_by_what_was_drawn_else_by_their_stage(workdir, settings):
+    def drawn(stage, unit):
+        return Item(f"{stage}.figures", unit, draws=True, state=State.WOULD_RUN)
+
+    for stage, unit, least in (
+        ("erp", "s01", 2e6),
+        ("erp", "group", 6e6),
+        ("cases", "group", 2e6),
+        ("new", "s01", 1e5),
+    ):
+        found = expected(workdir, [drawn(stage, unit)], settings)
+        assert least < found.size == found.estimated < 1e7
+        assert found.unknown == ()
+    written(workdir, "erp.figures", "s02", 30)
+    found = expected(workdir, [drawn("erp", "s01")], settings)
+    assert (found.size, found.estimated) == (30, 0)
 
 
 def test_a_shorter_session_and_a_lower_rate_want_less(workdir, settings, tmp_path):

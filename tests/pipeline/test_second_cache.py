@@ -102,12 +102,24 @@ def test_the_url_comes_from_the_option_or_the_environment(monkeypatch, tmp_path)
         second_cache.named(None)
 
 
-@pytest.mark.parametrize("url", ["sftp://me:hunter2@host/x", "s3://key:hunter2@bucket/x", "ssh://me:hunter2/@host/x"])
+def test_an_empty_option_is_a_slip_and_an_empty_variable_names_none(monkeypatch):
+    monkeypatch.setenv("HRCNEURO_FROM", "")
+    assert second_cache.named(None) == ""
+    with pytest.raises(ConfigError, match="the bucket's address is empty"):
+        second_cache.named("")
+
+
+def test_a_second_cache_in_the_first_is_refused_before_anything_runs(tmp_path):
+    with pytest.raises(ConfigError, match="is the cache itself"):
+        second_cache.named(str(tmp_path / "cache"), cache=tmp_path / "cache")
+
+
+@pytest.mark.parametrize("url", ["sftp://me:hunter2@host/x", "ssh://me:hunt@er2@host/x"])
 def test_a_password_does_not_travel_to_workers(monkeypatch, url):
     monkeypatch.delenv("HRCNEURO_FROM", raising=False)
     with pytest.raises(ConfigError, match="is given with a password") as refused:
         second_cache.for_workers(url)
-    assert "hunter2" not in str(refused.value)
+    assert "er2" not in str(refused.value)
     monkeypatch.setenv("HRCNEURO_FROM", url)
     assert second_cache.for_workers(second_cache.named(None)) == ""
 

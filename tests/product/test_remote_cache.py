@@ -118,6 +118,24 @@ def test_read_through_hits_are_taken_and_misses_run_here(hrcneuro, made, tmp_pat
     assert set(again.states.values()) == {"hit"}
 
 
+def test_an_address_with_a_slip_moves_nothing(hrcneuro, made, tmp_path):
+    """Neither a push nor a pull nor a run, of whichever form the slip is."""
+    where = ["--workdir", made / "one"]
+    for slip in ("", "s3:/lab/study", "file://relative/place", "s3://KEY:SECRET@lab/x", made / "one" / "cache"):
+        for command in (
+            ["cache", "push", slip, *where],
+            ["cache", "push", slip, *where, "--dry-run"],
+            ["cache", "pull", slip, *where],
+            ["run", made / "pipeline.toml", *where, "--from", slip, "--dry-run"],
+        ):
+            done = hrcneuro(*command, cwd=tmp_path)
+            assert done.code == 2, (command, done.out, done.err)
+            assert "cure: " in done.err
+            assert "SECRET@" not in done.err
+    assert list(tmp_path.iterdir()) == []
+    assert not (made / "one/cache/files").exists()
+
+
 def test_a_second_cache_that_is_not_there_is_told_of_once_and_the_study_runs(hrcneuro, made, tmp_path):
     (tmp_path / "file").write_text("no folder")
     done = run(hrcneuro, made, tmp_path / "two", "--from", tmp_path / "file" / "bucket", "--no-figures")
