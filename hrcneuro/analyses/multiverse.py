@@ -99,6 +99,11 @@ def _moved(values: np.ndarray, fits: np.ndarray, of: np.ndarray) -> tuple[float,
     return float(flips.mean()) if len(flips) else np.nan, mean, most
 
 
+def once(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Return the verdicts of each analysis of a finding once: those of the first universe that does it."""
+    return verdicts[verdicts["universe"] == verdicts["analysis"]]
+
+
 def held(verdicts: pd.DataFrame, moved: pd.DataFrame) -> pd.DataFrame:
     """Return what holds in how many analyses, and which choice moves it most.
 
@@ -118,15 +123,15 @@ def held(verdicts: pd.DataFrame, moved: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for finding, own in verdicts.groupby("finding", sort=False):
-        once = own[own["universe"] == own["analysis"]]
-        counts = once["fits"].value_counts()
+        each = once(own)
+        counts = each["fits"].value_counts()
         fits, differs, unknown = (int(counts.get(word, 0)) for word in (FITS, DIFFERS, OPEN))
         study = own[own["universe"] == 0]
         told = (str(study["fits"].iloc[0]), float(study["value"].iloc[0])) if len(study) else ("", np.nan)
         values = own["value"].dropna()
         span = (values.min(), values.max()) if len(values) else (np.nan, np.nan)
         share = fits / (fits + differs) if fits + differs else np.nan
-        numbers = (len(once), fits, differs, unknown, share)
+        numbers = (len(each), fits, differs, unknown, share)
         rows.append((finding, told[0], *numbers, told[1], *span, *_most(moved, finding)))
     counted = ["analyses", "fits", "differs", "open", "share"]
     columns = ["finding", "study", *counted, "value", "low", "high", "choice", "flips", "moved", "pairs"]

@@ -51,7 +51,7 @@ def read_address(given: str, *, cache: Path | None = None) -> str:
         _check_s3(rest)
     if protocol in SSH:
         _check_ssh(url, protocol, rest)
-    for name in ("fsspec", *([_NEEDS[protocol]] if protocol in _NEEDS else [])):
+    for name in _libraries(protocol):
         if importlib.util.find_spec(name) is None:
             raise absent(protocol)
     return url
@@ -77,10 +77,14 @@ def has_password(url: str) -> bool:
 def absent(protocol: str) -> ConfigError:
     """Return the error that what a protocol needs is not installed."""
     return ConfigError(
-        f"{protocol}:// needs {' and '.join(['fsspec', *([_NEEDS[protocol]] if protocol in _NEEDS else [])])}, "
-        "which is not installed",
+        f"{protocol}:// needs {' and '.join(_libraries(protocol))}, which is not installed",
         cure="pip install 'hrcneuro[remote]'",
     )
+
+
+def _libraries(protocol: str) -> list[str]:
+    """Return the names of the modules that a protocol needs."""
+    return ["fsspec", *([_NEEDS[protocol]] if protocol in _NEEDS else [])]
 
 
 def _folder(given: str) -> Path:

@@ -25,7 +25,6 @@ from hrcneuro.pipeline.item import Item
 from hrcneuro.pipeline.keys import check_places
 from hrcneuro.pipeline.measured import measured
 from hrcneuro.pipeline.provenance import provenance
-from hrcneuro.pipeline.resources import most, resources, retries
 from hrcneuro.pipeline.runlog import RunLog, recorded
 from hrcneuro.pipeline.workdir import Workdir
 
@@ -194,6 +193,8 @@ def _walked(options: Options, study: walk.Run, log: RunLog, **how: Any) -> list[
 
 def executor_of(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> executors.Executor:
     """Return where the jobs of a study run; a study whose workers are elsewhere knows then what these may read."""
+    from hrcneuro.pipeline.resources import retries
+
     if options.executor in executors.ELSEWHERE:
         study.second_cache = second_cache.for_workers(study.second_cache)
     return executors.create(
@@ -207,6 +208,7 @@ def executor_of(options: Options, study: walk.Run, note: Callable[[str], None] |
 def _site(options: Options, study: walk.Run, note: Callable[[str], None] | None) -> Site:
     """Return what an executor for other machines needs to know of a study."""
     from hrcneuro.pipeline.cluster import Site
+    from hrcneuro.pipeline.resources import most, resources
 
     cluster = study.settings.live["cluster"]
     known = most(measured(study.workdir, [(task.name, task.unit) for task in study.nodes]))

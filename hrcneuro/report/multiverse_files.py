@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from hrcneuro import published
+from hrcneuro.analyses import multiverse as many
 from hrcneuro.figures.style import DPI
 from hrcneuro.io.tables import write_table
 from hrcneuro.report import markup, shelf
@@ -177,7 +178,7 @@ def _influence(moved: pd.DataFrame, held: pd.DataFrame) -> markup.PageTable:
 
 
 def _verdicts(told: pd.DataFrame) -> markup.PageTable:
-    counts = told[told["universe"] == told["analysis"]].groupby(["finding", "verdict"], sort=False).size()
+    counts = many.once(told).groupby(["finding", "verdict"], sort=False).size()
     words = [word for word in VERDICTS if word in set(told["verdict"])]
     quantity = told.groupby("finding", sort=False)["quantity"].first()
     rows = [[name, *(int(counts.get((key, word), 0)) for word in words)] for key, name in quantity.items()]
@@ -201,8 +202,7 @@ def draw(
     by_number = {one.number: one for one in every}
     drawn = {}
     for finding in curves:
-        once = told[(told["finding"] == finding) & (told["universe"] == told["analysis"])]
-        own = once.set_index("universe").sort_index()
+        own = many.once(told[told["finding"] == finding]).set_index("universe").sort_index()
         if 0 not in own.index or np.isfinite(own["value"]).sum() < 2:
             continue
         name, about = f"curve_{re.sub(r'[^A-Za-z0-9]+', '_', finding)}.png", FINDINGS[finding].printed

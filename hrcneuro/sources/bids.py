@@ -16,7 +16,7 @@ import pandas as pd
 
 from hrcneuro.errors import DataError
 from hrcneuro.sources import bids_events, bids_layout, layout
-from hrcneuro.sources.bids_tables import NO_WORD, Row, read_rows
+from hrcneuro.sources.bids_tables import NO_NUMBER, NO_WORD, Row, read_rows
 from hrcneuro.sources.channels import VOLTS
 from hrcneuro.sources.formats import read_recording
 from hrcneuro.sources.formats.reading import Mark, marker_name, sort_marks
@@ -201,7 +201,7 @@ def _places(recording: Recording, table: Path, system: Path) -> None:
     places = {}
     for row in read_rows(table):
         cells = [row.get(axis, "n/a") for axis in "xyz"]
-        if any(cell.lower() in ("", "n/a", "nan") for cell in cells):
+        if any(cell.lower() in NO_NUMBER for cell in cells):
             continue
         try:
             places[row.get("name", "")] = turned(cells)

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hrcneuro.errors import ConfigError, DataError, did_you_mean
-from hrcneuro.sources.bids_tables import NO_WORD, cells_of
+from hrcneuro.sources.bids_tables import NO_NUMBER, NO_WORD, cells_of
 
 COLUMNS = ("trial_type", "value")
 """Columns that name events where no option says which, the first that is there."""
-_NO_TIME = (*NO_WORD, "nan")
 _REMEMBERED = 4096
 
 
@@ -42,7 +41,7 @@ def seconds(text: str, table: Path) -> float:
     Raises:
         DataError: It is no number.
     """
-    if text.lower() in _NO_TIME:
+    if text.lower() in NO_NUMBER:
         return float("nan")
     try:
         return float(text)

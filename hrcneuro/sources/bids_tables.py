@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 from hrcneuro.errors import DataError
 
 NO_WORD = ("", "n/a")
 """Cells of a table, in small letters, that say nothing."""
+NO_NUMBER = (*NO_WORD, "nan")
+"""Cells of a column of numbers that say nothing."""
 Row = dict[str, str]
 
 
@@ -19,7 +20,10 @@ def read_rows(table: Path) -> list[Row]:
     Raises:
         DataError: A row has more cells than there are columns, or the table has none.
     """
-    return rows_of(*cells_of(table))
+    header, lines = cells_of(table)
+    # What a line lacks is n/a.
+    rest = ["n/a"] * len(header)
+    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]
 
 
 def cells_of(table: Path) -> tuple[list[str], list[list[str]]]:
@@ -34,9 +38,3 @@ def cells_of(table: Path) -> tuple[list[str], list[list[str]]]:
     if not header or any(len(line) > len(header) for line in lines):
         raise DataError(f"{table.name} is no table with tabs between its columns", cure="write it as BIDS has it")
     return header, lines
-
-
-def rows_of(header: Sequence[str], lines: Sequence[Sequence[str]]) -> list[Row]:
-    """Return lines as rows by the names of the header; what a line lacks is n/a."""
-    rest = ["n/a"] * len(header)
-    return [dict(zip(header, map(str.strip, [*line, *rest]), strict=False)) for line in lines]

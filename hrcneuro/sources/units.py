@@ -43,7 +43,7 @@ def is_no_voltage(text: str) -> bool:
     Whatever ends in a V may be a volt whose first letter was read in a wrong code page.
     """
     plain = text.strip().lower()
-    return plain not in _NO_WORD and voltage_unit(text) is None and not plain.endswith("v")
+    return not says_nothing(text) and voltage_unit(text) is None and not plain.endswith("v")
 
 
 def says_nothing(text: str) -> bool:
